@@ -1,0 +1,1 @@
+//! Scene descriptions, diagnostics and file formats.

@@ -1,0 +1,8 @@
+//! Vectors, frames, and transcendental functions with the same bits on every machine.
+
+mod frame;
+mod functions;
+
+pub use frame::Frame;
+pub use functions::*;
+pub use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, dvec3, vec2, vec3};
