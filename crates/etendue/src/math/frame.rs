@@ -21,11 +21,7 @@ impl Frame {
         let sign = 1.0f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
         let b = n.x * n.y * a;
-        Self {
-            s: vec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-            t: vec3(b, sign + n.y * n.y * a, -n.y),
-            n,
-        }
+        Self { s: vec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), t: vec3(b, sign + n.y * n.y * a, -n.y), n }
     }
 
     /// World to local.
