@@ -1,1 +1,5 @@
 //! Scene descriptions, diagnostics and file formats.
+
+#![forbid(unsafe_code)]
+
+pub mod output;
