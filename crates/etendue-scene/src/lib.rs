@@ -2,4 +2,9 @@
 
 #![forbid(unsafe_code)]
 
+pub mod diagnostic;
 pub mod output;
+pub mod source;
+
+pub use diagnostic::{Diagnostic, Diagnostics, Severity};
+pub use source::{FileId, Origin, SourceError, SourceMap, Span};
