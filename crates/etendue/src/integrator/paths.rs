@@ -37,6 +37,8 @@ pub(super) struct Progress {
     pub depth: u32,
     /// Vertex number for random dimensions; also counts vertices where the path passed straight through.
     pub vertex: u32,
+    /// Index of refraction where the path is over that where it started.
+    pub eta: f32,
     /// False once nothing more can come.
     pub alive: bool,
 }
@@ -85,7 +87,7 @@ impl Paths {
         self.throughput.push(Spectrum::ONE);
         self.radiance.push(Spectrum::BLACK);
         self.previous.push(Previous::camera(Vec3::from(ray.origin)));
-        self.progress.push(Progress { depth: 1, vertex: 1, alive: true });
+        self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true });
         self.first.push(FirstHit::default());
     }
 }

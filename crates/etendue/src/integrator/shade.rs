@@ -127,7 +127,7 @@ impl<'a> Vertex<'a> {
 
 fn first_hit(context: &Context, vertex: &Vertex) -> FirstHit {
     FirstHit {
-        albedo: vertex.bsdf.albedo(vertex.local_wo),
+        albedo: vertex.bsdf.albedo(),
         normal: vertex.point.shading_normal,
         depth: context.camera.depth(vertex.point.position),
         object: vertex.point.id.instance + 1,
@@ -228,9 +228,10 @@ fn scatter(context: &Context, paths: &mut Paths, path: usize, vertex: &Vertex) -
     if throughput.is_black() {
         return false;
     }
+    let eta = paths.progress[path].eta * sample.eta;
     if paths.progress[path].depth >= ROULETTE_FROM {
         let u = context.sampler.one_d(key, number, Slot::Roulette);
-        match roulette(throughput, u) {
+        match roulette(throughput, eta, u) {
             Some(survivor) => throughput = survivor,
             None => return false,
         }
@@ -242,14 +243,17 @@ fn scatter(context: &Context, paths: &mut Paths, path: usize, vertex: &Vertex) -
     ray.direction = wi.normalize().into();
     ray.skip = vertex.point.id;
     let progress = &mut paths.progress[path];
+    progress.eta = eta;
     progress.depth += 1;
     progress.vertex += 1;
     true
 }
 
-/// Unbiased Russian roulette (Arvo and Kirk 1990): survives with a probability near its weight, and is raised by it.
+/// Unbiased Russian roulette (Arvo and Kirk 1990): a path survives with a probability near its weight, and is raised by it.
+/// `eta` is the index of refraction where the path is over that at the camera: the radiance that is squeezed inside
+/// glass is given back when the path leaves, so it is no loss.
 #[inline]
-fn roulette(throughput: Spectrum, u: f32) -> Option<Spectrum> {
-    let survival = throughput.max_component().min(MAX_SURVIVAL);
+fn roulette(throughput: Spectrum, eta: f32, u: f32) -> Option<Spectrum> {
+    let survival = (throughput.max_component() * eta * eta).min(MAX_SURVIVAL);
     (u < survival).then(|| throughput * (1.0 / survival))
 }
