@@ -4,6 +4,7 @@
 
 pub mod diagnostic;
 pub mod mesh_file;
+pub mod output;
 pub mod source;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
