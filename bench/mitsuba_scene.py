@@ -16,6 +16,13 @@ PICTURE = ("camera", "materials", "meshes", "objects", "lights", "environment")
 SETTINGS = ("film", "sampler", "integrator", "accelerator")
 
 
+# Triangles of a box, outward; bit k of a corner's number chooses between the box's ends on axis k.
+BOX = [
+    [0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5], [0, 1, 5], [0, 5, 4],
+    [2, 6, 7], [2, 7, 3], [0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6],
+]  # fmt: skip
+
+
 class Unsupported(Exception):
     """The scene uses something this converter does not know."""
 
@@ -141,12 +148,26 @@ def _object(mi, entry, materials, meshes):
 def _shape(entry, meshes):
     kind = entry.take("shape")
     if kind == "mesh":
-        path = meshes.path(entry.take("mesh")) if "mesh" in entry.values else meshes.file(entry.take("file"))
+        path = meshes.named(entry.take("mesh")) if "mesh" in entry.values else meshes.file(entry.take("file"))
         if path.suffix not in (".obj", ".ply"):
             raise Unsupported(f"{entry.where}: cannot convert {path}")
         # Without this Mitsuba invents smooth normals for a mesh that has none.
         return {"type": path.suffix[1:], "filename": str(path), "face_normals": not _has_normals(path)}
+    if kind == "sphere":
+        return {"type": "sphere", "center": entry.take("center", [0, 0, 0]), "radius": float(entry.take("radius"))}
+    if kind == "rectangle":
+        corner, u, v = (entry.take(key) for key in ("corner", "u", "v"))
+        corners = [[c + a * x + b * y for c, x, y in zip(corner, u, v)] for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        return _inline(meshes.write(corners, [[0, 1, 2], [0, 2, 3]]))
+    if kind == "box":
+        ends = entry.take("min"), entry.take("max")
+        corners = [[ends[(i >> axis) & 1][axis] for axis in range(3)] for i in range(8)]
+        return _inline(meshes.write(corners, BOX))
     raise Unsupported(f"{entry.where}: cannot convert the shape {kind}")
+
+
+def _inline(path):
+    return {"type": "obj", "filename": str(path), "face_normals": True}
 
 
 def _has_normals(path):
@@ -164,6 +185,8 @@ def _has_normals(path):
 
 def _material(material):
     kind = material.take("type")
+    if material.take("opacity", 1) != 1:
+        raise Unsupported(f"{material.where}: only opaque materials are converted")
     if kind == "diffuse":
         bsdf = {"type": "diffuse", "reflectance": _rgb(material.take("reflectance"), material.where)}
     elif kind == "black":
@@ -218,30 +241,36 @@ def _transform(mi, steps, where):
 
 
 class _Meshes:
-    """The shared meshes of a scene; inline ones are written once as OBJ, with all digits a float32 has."""
+    """The meshes of a scene; what is not a file of its own is written as OBJ, with all digits a float32 has."""
 
     def __init__(self, tables, scratch, folder):
         self.tables = tables
         self.scratch = scratch
         self.folder = folder
+        self.written = 0
 
     def file(self, name):
+        """The path of a mesh file as the scene names it."""
         return self.folder / name
 
-    def path(self, name):
+    def named(self, name):
+        """The path of one of the scene's shared meshes."""
         if name not in self.tables:
             raise Unsupported(f"no mesh {name}")
         mesh = Table(self.tables[name], f"meshes.{name}")
-        if "file" in mesh.values:
-            path = self.file(mesh.take("file"))
-            mesh.done()
-            return path
-        positions, indices = mesh.take("positions"), mesh.take("indices")
+        path = self.file(mesh.take("file")) if "file" in mesh.values else None
+        if path is None:
+            path = self.write(mesh.take("positions"), mesh.take("indices"))
         mesh.done()
+        return path
+
+    def write(self, positions, indices):
+        """The path of a new OBJ file with these triangles."""
         if any(not math.isfinite(x) for point in positions for x in point):
-            raise Unsupported(f"{mesh.where}: a position is not finite")
+            raise Unsupported("a position is not finite")
         lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in positions]
         lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in indices]
-        path = self.scratch / f"{hashlib.sha256(name.encode()).hexdigest()[:16]}.obj"
+        path = self.scratch / f"{self.written}.obj"
         path.write_text("\n".join(lines) + "\n")
+        self.written += 1
         return path
