@@ -22,7 +22,7 @@ NOISE_LIMIT = 4.0
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--variant", default="llvm_ad_rgb", help="Mitsuba variant (llvm_ad_rgb, scalar_rgb)")
-    parser.add_argument("--spp", type=int, default=16, help="samples per pixel of one part")
+    parser.add_argument("--spp", type=int, default=32, help="samples per pixel of one part")
     parser.add_argument("--parts", type=int, default=256, help="number of independent parts, each its own seed")
     parser.add_argument("--seed", type=int, help="first seed (default: 1, for --check 1000001)")
     parser.add_argument("--threads", type=int, default=2)
@@ -56,12 +56,14 @@ def render(options, mi, np, tiles):
 def main():
     options = arguments()
     rival.enter()
+    cache = rival.fresh_kernel_cache()
     mi = rival.load(options.variant, options.threads)
     import mitsuba_scene
     import numpy as np
     import tiles
 
     parts, picture = render(options, mi, np, tiles)
+    cache.cleanup()
     if options.picture:
         mi.util.write_bitmap(str(options.picture), picture.astype(np.float32))
     mean, error = tiles.mean_and_error(parts)

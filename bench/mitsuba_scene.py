@@ -112,7 +112,7 @@ def _camera(mi, camera, size):
     else:
         target = [p + d for p, d in zip(position, camera.take("direction"))]
     up = camera.take("up", [0, 1, 0])
-    fov, axis = camera.take("fov"), camera.take("fov_axis")
+    fov, axis = camera.take("fov"), camera.take("fov_axis", "x")
     camera.done()
     return {
         "type": "perspective",
