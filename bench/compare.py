@@ -27,7 +27,7 @@ REFERENCE = rival.ROOT / "bench" / "data" / "cornell-box-mitsuba.json"
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scene", nargs="?", type=pathlib.Path, default=rival.ROOT / "scenes" / "cornell-box.toml")
+    parser.add_argument("--scene", type=pathlib.Path, default=rival.ROOT / "scenes" / "cornell-box.toml")
     parser.add_argument("--size", default="512x512", type=_size, metavar="WxH")
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--depth", type=int, default=8, help="path edges, the camera segment included")
