@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod diagnostic;
+pub mod mesh_file;
 pub mod output;
 pub mod source;
 
