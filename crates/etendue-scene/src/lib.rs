@@ -6,6 +6,8 @@ pub mod description;
 pub mod diagnostic;
 pub mod geometry;
 mod limits;
+pub mod mesh_file;
+pub mod output;
 mod pending;
 pub mod read;
 pub mod source;
