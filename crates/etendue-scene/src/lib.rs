@@ -12,6 +12,15 @@ mod pending;
 pub mod read;
 pub mod source;
 pub mod value;
+pub mod gzip;
+pub mod mesh_file;
+pub mod mtl;
+pub mod obj;
+pub mod ply;
+mod polygon;
+mod positions;
+pub mod source;
+mod text;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use limits::Limits;
