@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod build;
 pub mod description;
 pub mod diagnostic;
 pub mod geometry;
@@ -22,7 +23,8 @@ mod positions;
 pub mod source;
 mod text;
 
+pub use build::{Input, build, scene_hash};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use limits::Limits;
-pub use read::{read_scene, read_toml};
+pub use read::{ReadError, read_scene, read_toml};
 pub use source::{FileId, Origin, SourceError, SourceMap, Span};
