@@ -5,4 +5,4 @@ mod functions;
 
 pub use frame::Frame;
 pub use functions::*;
-pub use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, dvec3, vec2, vec3};
+pub use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3, dvec3, vec2, vec3};

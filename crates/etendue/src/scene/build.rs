@@ -3,7 +3,9 @@
 
 use super::{FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape};
 use crate::{
-    light::{Light, LightTable, PointLightSource, RectangleLight, SphereLight, TriangleLight},
+    light::{
+        ConstantEnvironment, Light, LightTable, LightTableError, PointLightSource, RectangleLight, SphereLight, TriangleLight,
+    },
     material::{Emission, Material},
     math::{DAffine3, DMat3, DVec3, Vec3},
     surface::{MeshData, NO_LIGHT, face_normal, orient},
@@ -54,6 +56,9 @@ pub enum SceneError {
     /// The environment has a value that is not finite or below 0.
     #[error("the environment's radiance must be finite and not negative")]
     Environment,
+    /// Too many lights.
+    #[error(transparent)]
+    Lights(#[from] LightTableError),
     /// The accelerator refused.
     #[error(transparent)]
     Accelerator(#[from] BuildError),
@@ -78,15 +83,18 @@ impl Scene {
         }
         for light in &parts.point_lights {
             let position = (light.position - center).as_vec3();
-            builder.lights.push(Light::Point(PointLightSource::new(position, light.intensity)));
+            builder.lights.push(Light::Point(PointLightSource { position, intensity: light.intensity }));
+        }
+        let environment = parts.environment.filter(|e| !e.is_black());
+        if let Some(radiance) = environment {
+            builder.lights.push(Light::Environment(ConstantEnvironment { radiance }));
         }
         let Builder { world, placements, lights, stats, .. } = builder;
         let accelerator = Accelerator::build(&world, settings.kind, settings.isa, settings.threads)?;
-        let environment = parts.environment.filter(|e| !e.is_black());
         let mut stats = stats;
         stats.objects = parts.objects.len() as u64;
         stats.materials = parts.materials.len() as u64;
-        stats.lights = lights.len() as u64 + u64::from(environment.is_some());
+        stats.lights = lights.len() as u64;
         stats.accelerator_bytes = accelerator.stats().bytes as u64;
         let radius = accelerator.bounds().map_or(1.0, |b| {
             let corner = Vec3::from(b.min).abs().max(Vec3::from(b.max).abs());
@@ -96,7 +104,7 @@ impl Scene {
             center,
             placements,
             bsdfs: parts.materials.iter().map(Material::bsdf).collect(),
-            lights: LightTable::new(lights, environment, radius),
+            lights: LightTable::new(lights, f64::from(radius))?,
             environment,
             accelerator,
             opaque: parts.materials.iter().all(|m| m.opacity >= 1.0),
@@ -275,15 +283,15 @@ impl<'a> Builder<'a> {
         match (&placement.primitives, shape) {
             (Primitives::Sphere { center, radius }, _) => {
                 let Some(emission) = self.emission(placement, 0) else { return FaceLights::None };
-                let light = SphereLight::new(*center, *radius, placement.transform, emission);
-                self.lights.push(Light::Sphere(light));
+                self.lights.push(Light::Sphere(sphere_light(placement, *center, *radius, emission)));
                 FaceLights::One(next)
             }
             (Primitives::Mesh(mesh), Shape::Rectangle { .. }) => {
                 let Some(emission) = self.emission(placement, 0) else { return FaceLights::None };
                 let [a, b, _, d] = [0, 1, 2, 3].map(|i: usize| Vec3::from(mesh.positions[i]));
-                let front = if to_local.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
-                self.lights.push(Light::Rectangle(RectangleLight::new(a, b - a, d - a, front, emission)));
+                let Emission { radiance, two_sided } = emission;
+                let (u, v) = if to_local.matrix3.determinant() < 0.0 { (d - a, b - a) } else { (b - a, d - a) };
+                self.lights.push(Light::Rectangle(RectangleLight { corner: a, u, v, radiance, two_sided }));
                 FaceLights::One(next)
             }
             (Primitives::Mesh(mesh), _) => self.list_triangles(placement, mesh),
@@ -295,7 +303,7 @@ impl<'a> Builder<'a> {
             return FaceLights::None;
         }
         let to_world = |p: [f32; 3]| Vec3::from(placement.transform.as_ref().map_or(p, |t| t.point_to_world(p)));
-        let mirrored = placement.transform.as_ref().is_some_and(Transform::is_mirrored);
+        let mirrored = placement.transform.as_ref().is_some_and(|t| t.determinant() < 0.0);
         let faces: Box<[u32]> = (0..mesh.indices.len() as u32)
             .map(|face| {
                 let Some(emission) = self.emission(placement, face) else { return NO_LIGHT };
@@ -309,12 +317,25 @@ impl<'a> Builder<'a> {
                 let [a, b, c] = corners.map(|i| to_world(mesh.positions[i as usize]));
                 // The light's front is the side of its winding.
                 let swap = (front.dot(winding) < 0.0) != mirrored;
-                let light = if swap { TriangleLight::new(a, c, b, emission) } else { TriangleLight::new(a, b, c, emission) };
-                self.lights.push(Light::Triangle(light));
+                let vertices = if swap { [a, c, b] } else { [a, b, c] };
+                let Emission { radiance, two_sided } = emission;
+                self.lights.push(Light::Triangle(TriangleLight { vertices, radiance, two_sided }));
                 (self.lights.len() - 1) as u32
             })
             .collect();
         FaceLights::Each(faces)
+    }
+}
+
+fn sphere_light(placement: &Placement, center: Vec3, radius: f32, emission: Emission) -> SphereLight {
+    let Emission { radiance, two_sided } = emission;
+    match &placement.transform {
+        None => SphereLight { two_sided, ..SphereLight::round(center, radius, radiance) },
+        Some(transform) => {
+            let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| transform.vector_to_world((axis * radius).into()).into());
+            let center = transform.point_to_world(center.into()).into();
+            SphereLight { center, axes, radiance, two_sided }
+        }
     }
 }
 
