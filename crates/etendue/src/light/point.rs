@@ -27,7 +27,7 @@ impl Emitter for PointLightSource {
         let offset = self.position.as_dvec3() - ctx.point.as_dvec3();
         let square = offset.length_squared();
         let radiance = self.intensity.map(|c| (f64::from(c) / square) as f32);
-        if !(square > 0.0 && radiance.is_finite()) {
+        if !(square > 0.0 && square.is_finite() && radiance.is_finite()) {
             return None;
         }
         let wi = (offset / square.sqrt()).as_vec3();

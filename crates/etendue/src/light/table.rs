@@ -53,10 +53,9 @@ impl LightTable {
         let environment = merge_environments(&mut lights);
         let mut weights: Vec<f64> = lights.iter().map(|light| light.power(scene_radius)).collect();
         if let Some(index) = environment {
-            let others: f64 = weights.iter().sum::<f64>() - weights[index];
-            if others > 0.0 && weights[index] > others {
-                weights[index] = others;
-            }
+            let own = std::mem::take(&mut weights[index]);
+            let others: f64 = weights.iter().sum();
+            weights[index] = if others > 0.0 { own.min(others) } else { own };
         }
         let first = deal(&weights);
         let (guide, run) = index_table(&first);
