@@ -146,7 +146,8 @@ def _object(mi, entry, materials, meshes):
 
 
 def _shape(entry, meshes):
-    kind = entry.take("shape")
+    is_mesh = "mesh" in entry.values or "file" in entry.values
+    kind = entry.take("shape", *(["mesh"] if is_mesh else []))
     if kind == "mesh":
         path = meshes.named(entry.take("mesh")) if "mesh" in entry.values else meshes.file(entry.take("file"))
         if path.suffix not in (".obj", ".ply"):
@@ -264,12 +265,15 @@ class _Meshes:
         mesh.done()
         return path
 
-    def write(self, positions, indices):
-        """The path of a new OBJ file with these triangles."""
+    def write(self, positions, faces):
+        """The path of a new OBJ file with these triangles and quadrilaterals; the latter are cut from first to third corner."""
         if any(not math.isfinite(x) for point in positions for x in point):
             raise Unsupported("a position is not finite")
+        if any(len(face) not in (3, 4) for face in faces):
+            raise Unsupported("a face has neither 3 nor 4 corners")
         lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in positions]
-        lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in indices]
+        triangles = [(f[0], *pair) for f in faces for pair in zip(f[1:], f[2:])]
+        lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles]
         path = self.scratch / f"{self.written}.obj"
         path.write_text("\n".join(lines) + "\n")
         self.written += 1

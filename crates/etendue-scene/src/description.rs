@@ -3,7 +3,7 @@
 
 use crate::{
     Origin,
-    pending::{AcceleratorKind, Aov, Filter, Integrator, Tonemap},
+    pending::{AcceleratorKind, Aov, Filter, Integrator, ToneCurve},
 };
 use etendue::{
     material::Material,
@@ -120,7 +120,7 @@ pub struct FilmRecord {
     /// Stops: the picture is multiplied by 2 to this power where it becomes 8 bits.
     pub exposure: f32,
     /// Tone curve of 8-bit pictures.
-    pub tonemap: Tonemap,
+    pub tonemap: ToneCurve,
     /// Layers beside the colour.
     pub aovs: Vec<Aov>,
 }

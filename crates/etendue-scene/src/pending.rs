@@ -72,16 +72,16 @@ pub enum AcceleratorKind {
     Bvh,
 }
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tonemap {
-    Srgb,
-    Linear,
+pub enum ToneCurve {
+    None,
+    Reinhard,
 }
-impl Tonemap {
-    pub const ALL: [Self; 2] = [Self::Srgb, Self::Linear];
+impl ToneCurve {
+    pub const ALL: [Self; 2] = [Self::None, Self::Reinhard];
     pub fn name(self) -> &'static str {
         match self {
-            Self::Srgb => "srgb",
-            Self::Linear => "linear",
+            Self::None => "srgb",
+            Self::Reinhard => "reinhard",
         }
     }
 }
@@ -99,5 +99,69 @@ pub mod metals {
     }
     pub fn names() -> impl Iterator<Item = &'static str> {
         METALS.iter().map(|m| m.name)
+    }
+}
+
+pub mod camera {
+    use etendue::math::DVec3;
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum FovAxis {
+        X,
+        Y,
+    }
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum Projection {
+        Perspective { fov: f64, axis: FovAxis, lens_radius: f64, focus_distance: f64 },
+        Orthographic { height: f64 },
+    }
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct CameraSettings {
+        pub position: DVec3,
+        pub direction: DVec3,
+        pub up: DVec3,
+        pub projection: Projection,
+    }
+}
+#[derive(Clone, Debug)]
+pub struct FilmSettings {
+    pub resolution: [u32; 2],
+    pub crop: Option<[u32; 4]>,
+    pub aovs: Vec<Aov>,
+}
+pub mod mesh_file {
+    use crate::*;
+    use etendue::{material::Material, scene::Mesh};
+    #[derive(Clone, Debug)]
+    pub struct MeshFile {
+        pub mesh: Mesh,
+        pub materials: Vec<NamedMaterial>,
+        pub notes: Diagnostics,
+    }
+    #[derive(Clone, Debug)]
+    pub struct NamedMaterial {
+        pub name: String,
+        pub material: Material,
+        pub origin: Option<Origin>,
+    }
+    pub enum MeshFormat {
+        Obj,
+        Ply,
+    }
+    impl MeshFormat {
+        pub const ALL: [(MeshFormat, &'static str); 2] = [(MeshFormat::Obj, "obj"), (MeshFormat::Ply, "ply")];
+        pub fn of_path(path: &std::path::Path) -> Option<Self> {
+            match path.extension()?.to_str()? {
+                "obj" => Some(Self::Obj),
+                "ply" => Some(Self::Ply),
+                _ => None,
+            }
+        }
+    }
+    pub struct MeshLimits {
+        pub file: u64,
+        pub library: u64,
+    }
+    pub fn read(_: &mut SourceMap, _: FileId, _: &MeshLimits) -> Result<MeshFile, Diagnostics> {
+        Err(Diagnostics::new())
     }
 }

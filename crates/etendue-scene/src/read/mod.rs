@@ -9,6 +9,7 @@ mod settings;
 mod toml_syntax;
 mod values;
 
+pub use material::default_material;
 pub use references::check_files;
 pub use values::{rotation, sin_cos_degrees};
 

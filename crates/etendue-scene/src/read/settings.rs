@@ -8,7 +8,7 @@ use super::{
 use crate::{
     Origin,
     description::{CameraRecord, FilmRecord, FovAxis, IntegratorRecord, Lens, Located, SamplerRecord, View},
-    pending::{AcceleratorKind, Aov, Filter, Integrator, KdTreeSplit, Tonemap},
+    pending::{AcceleratorKind, Aov, Filter, Integrator, KdTreeSplit, ToneCurve},
     value::Data,
 };
 use etendue::{math::DVec3, sampling::Sampler, spectrum::Spectrum};
@@ -47,7 +47,7 @@ pub fn camera(item: Item) -> Option<CameraRecord> {
     let up = fields.read("up", |i| i.direction()).unwrap_or(DVec3::Y);
     let lens = match kind {
         Some(true) => fields.need("height", |i| i.number(Bounds::LENGTH)).map(|height| Lens::Orthographic { height }),
-        Some(false) => Some(perspective(&fields)),
+        Some(false) => Some(perspective(&fields, view)),
         None => None,
     };
     if let (Some(v), Some(p)) = (view, position) {
@@ -81,14 +81,19 @@ fn view(fields: &Fields, position: Option<DVec3>) -> Option<View> {
     Some(View::LookAt(target))
 }
 
-fn perspective(fields: &Fields) -> Lens {
+fn perspective(fields: &Fields, view: Option<View>) -> Lens {
     const AXES: [(&str, FovAxis); 4] =
         [("x", FovAxis::X), ("y", FovAxis::Y), ("smaller", FovAxis::Smaller), ("larger", FovAxis::Larger)];
+    let radius = fields.read("lens_radius", |i| i.number(Bounds::LENGTH_OR_ZERO)).unwrap_or(0.0);
+    let focus = fields.read("focus_distance", |i| i.number(Bounds::LENGTH));
+    if radius > 0.0 && matches!(view, Some(View::Direction(_))) && fields.get("focus_distance").is_none() {
+        fields.lacks("`focus_distance` for its lens, or `look_at` instead of `direction`");
+    }
     Lens::Perspective {
         fov: fields.read("fov", |i| i.number(Bounds::within(0.0, 180.0).above().below())).unwrap_or(DEFAULT_FOV),
         axis: fields.read("fov_axis", |i| i.choice(&AXES)).unwrap_or(FovAxis::X),
-        radius: fields.read("lens_radius", |i| i.number(Bounds::LENGTH_OR_ZERO)).unwrap_or(0.0),
-        focus: fields.read("focus_distance", |i| i.number(Bounds::LENGTH)),
+        radius,
+        focus,
     }
 }
 
@@ -99,7 +104,7 @@ pub fn film(file: &Fields) -> FilmRecord {
         crop: None,
         filter: Filter::Gaussian { sigma: 0.5, radius: 1.5 },
         exposure: 0.0,
-        tonemap: Tonemap::Srgb,
+        tonemap: ToneCurve::None,
         aovs: Vec::new(),
     };
     let Some(fields) = section(file, "film", &keys::FILM) else { return film };
@@ -109,7 +114,7 @@ pub fn film(file: &Fields) -> FilmRecord {
     film.crop = fields.read("crop", |i| crop(i, film.size));
     film.filter = fields.read("filter", filter).unwrap_or(film.filter);
     film.exposure = fields.read("exposure", |i| i.number_f32(Bounds::within(-64.0, 64.0))).unwrap_or(film.exposure);
-    let curves = Tonemap::ALL.map(|t| (t.name(), t));
+    let curves = ToneCurve::ALL.map(|t| (t.name(), t));
     film.tonemap = fields.read("tonemap", |i| i.choice(&curves)).unwrap_or(film.tonemap);
     film.aovs = fields.read("aovs", aovs).unwrap_or_default();
     fields.finish();

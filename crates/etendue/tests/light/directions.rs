@@ -27,13 +27,16 @@ fn margin(case: &Case) -> f64 {
     (coordinate + distance) / 1_048_576.0
 }
 
+/// Point, unit normal towards the context, and area element at parameters.
+type At = dyn Fn([f64; 2]) -> (DVec3, DVec3, f64);
+/// Parameters of a sample.
+type Locate = dyn Fn(&LightSample) -> [f64; 2];
+
 /// A chart of a light's surface on a rectangle of parameters.
 struct Chart {
     range: [[f64; 2]; 2],
-    /// Point, unit normal towards the context, and area element.
-    point: Box<dyn Fn([f64; 2]) -> (DVec3, DVec3, f64)>,
-    /// Parameters of a sample.
-    locate: Box<dyn Fn(&LightSample) -> [f64; 2]>,
+    point: Box<At>,
+    locate: Box<Locate>,
 }
 
 fn corners(light: &Light) -> Option<[DVec3; 3]> {
@@ -64,8 +67,13 @@ fn flat_chart(light: &Light, ctx: &LightContext) -> Option<Chart> {
         let (x, y, stretch) = if is_triangle { (s * (1.0 - t), s * t, s) } else { (s, t, 1.0) };
         (a + (b - a) * x + (c - a) * y, normal, cross.length() * stretch)
     };
+    let origin = double(ctx.point);
     let locate = move |sample: &LightSample| {
-        let [x, y] = along_edges([a, b, c], double(sample.target.unwrap()));
+        let (target, wi) = (double(sample.target.unwrap()), double(sample.wi));
+        // Rounding hurts the direction to a far light, and the target of a near one.
+        let is_far = target.distance(origin) > 100.0 * (b - a).length();
+        let on_ray = origin + wi * ((a - origin).dot(cross) / wi.dot(cross));
+        let [x, y] = along_edges([a, b, c], if is_far { target } else { on_ray });
         let at = if is_triangle { [x + y, y / (x + y)] } else { [x, y] };
         at.map(|p| if p.abs() < 2e-3 || (p - 1.0).abs() < 2e-3 { p.clamp(0.0, 1.0) } else { p })
     };

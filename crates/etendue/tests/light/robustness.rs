@@ -11,6 +11,10 @@ use etendue_testkit::Rng;
 
 const LAST: f32 = 1.0 - f32::EPSILON / 2.0;
 
+fn one_in(n: u32, rng: &mut Rng) -> bool {
+    rng.u32() % n == 1
+}
+
 fn ugly_number(rng: &mut Rng) -> f32 {
     const UGLY: [f32; 16] = [
         0.0,
@@ -45,7 +49,7 @@ fn ugly_vector(rng: &mut Rng) -> Vec3 {
 
 fn ugly_light(rng: &mut Rng) -> Light {
     let radiance = Spectrum::ONE;
-    let two_sided = rng.u32() % 2 == 0;
+    let two_sided = one_in(2, rng);
     let [a, b, c, d] = [(); 4].map(|()| ugly_vector(rng));
     match rng.u32() % 5 {
         0 => Light::Triangle(TriangleLight { vertices: [a, b, c], radiance, two_sided }),
@@ -70,8 +74,8 @@ fn ugly_context(rng: &mut Rng, light: &Light) -> LightContext {
         _ => ugly_vector(rng),
     };
     let [x, y, z] = rng.direction();
-    let normal = if rng.u32() % 3 == 0 { Vec3::ZERO } else { Vec3::new(x as f32, y as f32, z as f32) };
-    LightContext { point, normal, transmits: rng.u32() % 2 == 0 }
+    let normal = if one_in(3, rng) { Vec3::ZERO } else { Vec3::new(x as f32, y as f32, z as f32) };
+    LightContext { point, normal, transmits: one_in(2, rng) }
 }
 
 fn check(light: &Light, ctx: &LightContext, u: [f32; 2]) -> bool {
@@ -94,8 +98,8 @@ fn ugly_lights_and_contexts() {
     for _ in 0..n {
         let light = ugly_light(&mut rng);
         let ctx = ugly_context(&mut rng, &light);
-        let corner = |rng: &mut Rng| if rng.u32() % 2 == 0 { 0.0 } else { LAST };
-        let u = if rng.u32() % 4 == 0 { [corner(&mut rng), corner(&mut rng)] } else { rng.f32x2() };
+        let corner = |rng: &mut Rng| if one_in(2, rng) { 0.0 } else { LAST };
+        let u = if one_in(4, &mut rng) { [corner(&mut rng), corner(&mut rng)] } else { rng.f32x2() };
         drawn += u64::from(check(&light, &ctx, u));
         let [x, y, z] = rng.direction();
         let pdf = light.pdf(&ctx, Vec3::new(x as f32, y as f32, z as f32), ugly_number(&mut rng).abs());
