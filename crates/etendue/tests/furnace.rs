@@ -27,7 +27,7 @@ fn closed(room: Shape, rho: f32) -> Scene {
 #[test]
 fn closed_furnaces_reach_their_closed_form() {
     let view = camera(dvec3(0.1, -0.2, 0.3), dvec3(1.0, 0.3, 0.2));
-    for (rho, spp) in [(0.5, 64), (0.8, 128), (0.99, 1024)] {
+    for (rho, spp) in [(0.5, 128), (0.8, 256), (0.99, 2048)] {
         let exact = f64::from(EMITTED) / (1.0 - f64::from(rho as f32));
         for (name, room) in [("sphere", unit_sphere()), ("cube", cube(true)), ("ball", ball(2))] {
             let scene = closed(room, rho);
