@@ -93,15 +93,15 @@ fn override_description(description: &mut SceneDescription, args: &RenderArgs) {
     set(&mut film.exposure, args.exposure);
     set(&mut film.tonemap, args.tonemap);
     set(&mut film.aovs, args.aov.clone());
-    set(&mut film.filter, args.filter.filter(|f| f.name() != film.filter.name()));
+    let filter = args.filter.filter(|f| f.name() != film.filter.name());
+    set(&mut film.filter, filter);
     set(&mut description.sampler.spp, args.spp);
     set(&mut description.sampler.seed, args.seed);
     set(&mut description.sampler.sampler, args.sampler);
-    let integrator = &mut description.integrator;
-    set(&mut integrator.integrator, args.integrator.filter(|i| i.name() != integrator.integrator.name()));
-    if args.depth.is_some() {
-        integrator.depth = args.depth;
-    }
+    let record = &mut description.integrator;
+    let integrator = args.integrator.filter(|i| i.name() != record.integrator.name());
+    set(&mut record.integrator, integrator);
+    record.depth = args.depth.or(record.depth);
     set(&mut description.accelerator, args.accel);
 }
 
