@@ -1,0 +1,105 @@
+//! `cargo xtask prove`: tests that read `ETENDUE_PROVE` and then run at full size.
+
+use crate::{cargo, hygiene, root};
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Component, Path},
+};
+
+/// The environment variable that asks for the full size.
+const VARIABLE: &str = "ETENDUE_PROVE";
+
+/// A test program that has a full size.
+struct Proof {
+    /// What cargo calls it: a package, and either `--lib` or `--test NAME`.
+    arguments: Vec<String>,
+    /// First line of its documentation.
+    about: String,
+}
+
+/// Prints the names.
+pub fn list() -> bool {
+    println!("cargo xtask prove NAME, where NAME is one of:");
+    for (name, proof) in proofs() {
+        println!("  {name:24} {}", proof.about);
+    }
+    true
+}
+
+/// Runs one proof, or all.
+pub fn run(name: &str) -> bool {
+    let proofs = proofs();
+    let chosen: Vec<_> = proofs.iter().filter(|(n, _)| name == "all" || *n == name).collect();
+    if chosen.is_empty() {
+        eprintln!("no proof is called `{name}`; there are: {}", proofs.into_keys().collect::<Vec<_>>().join(", "));
+        return false;
+    }
+    chosen.into_iter().all(|(name, proof)| {
+        println!("== {name}: {}", proof.about);
+        let mut command = cargo(&["test", "--locked", "--release"]);
+        command.args(&proof.arguments).args(["--", "--nocapture"]).env(VARIABLE, "1");
+        command.status().is_ok_and(|status| status.success())
+    })
+}
+
+/// All proofs by name: integration tests by theirs, unit tests by their package's. Found by looking for the variable in the
+/// sources, so that the list cannot grow stale.
+fn proofs() -> BTreeMap<String, Proof> {
+    let root = root();
+    let mut proofs = BTreeMap::new();
+    for file in hygiene::files(&root) {
+        let Some((package, target)) = target_of(&file) else { continue };
+        let Ok(text) = fs::read_to_string(root.join(&file)) else { continue };
+        if !text.contains(VARIABLE) {
+            continue;
+        }
+        let (name, selector, main) = match target {
+            Some(test) => {
+                let folder = root.join("crates").join(&package).join("tests");
+                let main = [folder.join(format!("{test}.rs")), folder.join(&test).join("main.rs")];
+                (test.clone(), vec!["--test".to_owned(), test], main.into_iter().find(|m| m.is_file()))
+            }
+            None => (package.clone(), vec!["--lib".to_owned()], None),
+        };
+        let about = main.and_then(|m| fs::read_to_string(m).ok()).map(|t| first_doc_line(&t)).unwrap_or_default();
+        let mut arguments = vec!["--package".to_owned(), package];
+        arguments.extend(selector);
+        proofs.entry(name).or_insert(Proof { arguments, about });
+    }
+    proofs
+}
+
+/// The package that a source file belongs to, and its integration test if it is part of one.
+fn target_of(file: &Path) -> Option<(String, Option<String>)> {
+    let parts: Vec<&str> = file
+        .components()
+        .map(|c| if let Component::Normal(part) = c { part.to_str().unwrap_or("") } else { "" })
+        .collect();
+    match parts[..] {
+        ["crates", package, "src", ..] if file.extension()? == "rs" => Some((package.to_owned(), None)),
+        ["crates", package, "tests", test, ..] if file.extension()? == "rs" => {
+            Some((package.to_owned(), Some(test.trim_end_matches(".rs").to_owned())))
+        }
+        _ => None,
+    }
+}
+
+fn first_doc_line(text: &str) -> String {
+    text.lines().find_map(|line| line.strip_prefix("//! ")).unwrap_or_default().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_belong_to_targets() {
+        let of = |file: &str| target_of(Path::new(file));
+        assert_eq!(of("crates/a/tests/agree.rs"), Some(("a".to_owned(), Some("agree".to_owned()))));
+        assert_eq!(of("crates/a/tests/bsdf/warp.rs"), Some(("a".to_owned(), Some("bsdf".to_owned()))));
+        assert_eq!(of("crates/a/src/b/c.rs"), Some(("a".to_owned(), None)));
+        assert_eq!(of("crates/a/tests/data.toml"), None);
+        assert_eq!(of("xtask/src/prove.rs"), None);
+    }
+}
