@@ -4,8 +4,28 @@
 //! Every accelerator calls the same primitive tests and breaks ties by (t, instance, primitive), so all of them give
 //! the same hits, bit for bit, on every instruction set.
 
+mod accelerator;
+mod bounds;
+mod brute;
+mod bvh;
+mod error;
 mod geometry;
+mod isa;
+mod items;
+mod kd;
+mod local_ray;
+mod padding;
 mod ray;
+mod search;
+mod simd;
+mod source;
+mod sphere;
+mod transform;
+mod triangle;
 
+pub use accelerator::{Accelerator, AcceleratorKind, KdTreeSplit, Stats, UnknownAccelerator};
+pub use bounds::Bounds;
+pub use error::BuildError;
 pub use geometry::{Geometry, Instance, Sphere, Transform, TriangleMesh, World};
+pub use isa::{Isa, Kernel, UnknownIsa, run};
 pub use ray::{Hit, PrimitiveId, Ray};

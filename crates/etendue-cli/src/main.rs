@@ -5,6 +5,8 @@
 mod args;
 mod diff;
 mod exit;
+mod load;
+mod outputs;
 mod progress;
 mod render;
 mod report;

@@ -33,14 +33,14 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let mut seconds = Seconds::default();
 
     let clock = Instant::now();
-    let job = load::load(args)?;
+    let loaded = load::load(args)?;
     seconds.load = lap(clock);
-    if !args.quiet && !job.film.aovs.is_empty() && !outputs.keeps_layers() {
-        report::warning("layers are asked for, but only .exr files can hold them");
-    }
     let clock = Instant::now();
-    let job = job.build(args)?;
+    let job = loaded.build(args)?;
     seconds.build = lap(clock);
+    if !job.film.aovs.is_empty() && !outputs.keeps_layers() {
+        report::warning("layers are asked for, but only .exr files hold them");
+    }
 
     let film = Film::new(&job.film).map_err(|e| Failure::new(Exit::BadInput, e))?;
     let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, quiet: args.quiet };

@@ -281,7 +281,7 @@ impl<'a> Parser<'a> {
 
     fn rare_statement(&mut self) {
         let key = self.cursor.word();
-        let known = match &self.cursor.bytes[key.clone()] {
+        match &self.cursor.bytes[key.clone()] {
             b"" => return,
             b"v" => self.vertex(),
             b"f" => self.face(),
@@ -301,9 +301,8 @@ impl<'a> Parser<'a> {
             b"mg" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj" | b"maplib"
             | b"usemap" => self.skip(Skipped::Attribute, key),
             _ => return self.skip(Skipped::Unknown, key),
-        };
+        }
         self.out.is_obj = true;
-        known
     }
 
     #[cold]
@@ -449,7 +448,7 @@ impl<'a> Parser<'a> {
     fn corner(&mut self) -> Option<[u32; 3]> {
         let start = self.cursor.at;
         let mut corner = [NONE; 3];
-        for kind in 0..3 {
+        for (kind, slot) in corner.iter_mut().enumerate() {
             if kind > 0 {
                 if self.cursor.peek() != Some(b'/') {
                     break;
@@ -459,7 +458,7 @@ impl<'a> Parser<'a> {
             match self.index() {
                 // Not in the format, but some programs write it for "none".
                 Some(0) if kind > 0 => self.skip(Skipped::IndexZero, start..self.cursor.at),
-                Some(index) => corner[kind] = self.resolve(index, kind, start)?,
+                Some(index) => *slot = self.resolve(index, kind, start)?,
                 None if kind == 0 => return self.bad_corner(start),
                 None => {}
             }

@@ -113,7 +113,7 @@ pub fn cases() -> Vec<Case> {
     }
     let lossless_metal = Scattering::RoughMetal { eta: black, k: Spectrum::splat(2.0), alpha: 0.0, tint: one };
     cases.push(Case::new("rough metal without loss", lossless_metal, true));
-    for (ior, alpha) in [(1.5, 0.2), (1.5, 0.6), (1.33, 0.02), (0.6, 0.3), (2.0, 1.0), (1.02, 0.4)] {
+    for (ior, alpha) in [(1.5, 0.2), (1.5, 0.6), (1.33, 0.02), (0.6, 0.3), (2.0, 1.0), (1.1, 0.3)] {
         for (what, reflection_tint, transmission_tint) in
             [("clear", one, one), ("tinted", rgb(0.9, 0.5, 1.0), rgb(0.2, 0.9, 0.4))]
         {

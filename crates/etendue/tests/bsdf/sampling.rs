@@ -30,7 +30,7 @@ fn samples_follow_their_density() {
     let cases = cases();
     let outgoing = outgoing();
     let prove = std::env::var("ETENDUE_PROVE").is_ok_and(|v| v == "1");
-    let (samples, cells) = if prove { (1_000_000, 1500) } else { (40_000, 200) };
+    let (samples, cells) = if prove { (500_000, 400) } else { (40_000, 200) };
     let tests = cases.len() * outgoing.len();
     for (i, case) in cases.iter().enumerate() {
         for (j, &wo) in outgoing.iter().enumerate() {

@@ -1,0 +1,197 @@
+//! The interface: slices of rays in, slices of hits out.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::bounds::Bounds;
+use crate::brute;
+use crate::bvh::{self, Bvh};
+use crate::error::BuildError;
+use crate::geometry::World;
+use crate::isa::{Isa, Kernel, dispatch, run};
+use crate::items;
+use crate::kd::{self, KdTree};
+use crate::ray::{Hit, Ray};
+
+/// How the kd-tree chooses its planes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum KdTreeSplit {
+    /// The cheapest plane by the surface-area heuristic.
+    SurfaceArea,
+    /// The middle of the longest axis.
+    Midpoint,
+}
+
+/// The kinds of accelerator. All give the same hits, bit for bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AcceleratorKind {
+    /// Tests every primitive: the reference for the others.
+    Brute,
+    /// Splits space.
+    KdTree(KdTreeSplit),
+    /// Boxes in boxes, eight at a time: the fastest.
+    Bvh,
+}
+
+impl AcceleratorKind {
+    /// All kinds.
+    pub const ALL: [Self; 4] =
+        [Self::Brute, Self::KdTree(KdTreeSplit::SurfaceArea), Self::KdTree(KdTreeSplit::Midpoint), Self::Bvh];
+
+    /// The name as `Display` writes it and `FromStr` reads it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Brute => "brute",
+            Self::KdTree(KdTreeSplit::SurfaceArea) => "kdtree",
+            Self::KdTree(KdTreeSplit::Midpoint) => "kdtree-midpoint",
+            Self::Bvh => "bvh",
+        }
+    }
+}
+
+impl fmt::Display for AcceleratorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// The name is none of an accelerator.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown accelerator `{0}`: expected `brute`, `kdtree`, `kdtree-midpoint` or `bvh`")]
+pub struct UnknownAccelerator(pub String);
+
+impl FromStr for AcceleratorKind {
+    type Err = UnknownAccelerator;
+
+    fn from_str(name: &str) -> Result<Self, UnknownAccelerator> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| UnknownAccelerator(name.to_owned()))
+    }
+}
+
+/// The size of an accelerator.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Nodes of all trees, inner and (kd-tree) leaves.
+    pub nodes: usize,
+    /// Primitives of all instances, shared ones counted each time.
+    pub primitives: usize,
+    /// Bytes of the trees, without the world itself.
+    pub bytes: usize,
+    /// Nodes on the longest way down, through an instance.
+    pub depth: usize,
+}
+
+#[derive(Debug)]
+enum Structure {
+    Brute,
+    KdTree(KdTree),
+    Bvh(Bvh),
+}
+
+/// A world ready for rays. Immutable; any number of threads may use it at once.
+#[derive(Debug)]
+pub struct Accelerator {
+    world: World,
+    structure: Structure,
+    bounds: Bounds,
+    isa: Isa,
+}
+
+impl Accelerator {
+    /// Checks the world and builds the structure on `threads` threads (0: as many as there are processors). The
+    /// structure does not depend on their number. The world's arrays are shared, not copied.
+    pub fn build(world: &World, kind: AcceleratorKind, isa: Isa, threads: usize) -> Result<Self, BuildError> {
+        items::check(world)?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|index| format!("build-{index}"))
+            .build()
+            .map_err(|error| BuildError::Threads { threads, reason: error.to_string() })?;
+        let (structure, bounds) = pool.install(|| Self::structure(world, kind))?;
+        Ok(Self { world: world.clone(), structure, bounds, isa })
+    }
+
+    fn structure(world: &World, kind: AcceleratorKind) -> Result<(Structure, Bounds), BuildError> {
+        Ok(match kind {
+            AcceleratorKind::Brute => (Structure::Brute, items::world_bounds(world)?),
+            AcceleratorKind::KdTree(split) => {
+                let tree = KdTree::build(world, split)?;
+                let bounds = tree.bounds();
+                (Structure::KdTree(tree), bounds)
+            }
+            AcceleratorKind::Bvh => {
+                let bvh = Bvh::build(world)?;
+                let bounds = bvh.bounds();
+                (Structure::Bvh(bvh), bounds)
+            }
+        })
+    }
+
+    /// The closest hit of each ray, or [`Hit::MISS`]. Rays with numbers that are not finite, origins beyond 2^50, a
+    /// largest direction component outside 2^-40 to 2^40, or an empty range miss.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len(), "as many hits as rays");
+        self.trace::<false>(rays, |index, hit| hits[index] = hit);
+    }
+
+    /// For each ray, whether anything is hit: the same as `is_hit` of the closest hit, but faster.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn any_hits(&self, rays: &[Ray], occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len(), "as many results as rays");
+        self.trace::<true>(rays, |index, hit| occluded[index] = hit.is_hit());
+    }
+
+    fn trace<const ANY: bool>(&self, rays: &[Ray], finish: impl FnMut(usize, Hit)) {
+        let world = &self.world;
+        match &self.structure {
+            Structure::Brute => run(self.isa, BruteTrace::<_, ANY> { world, rays, finish }),
+            Structure::KdTree(tree) => run(self.isa, kd::Trace::<_, ANY> { world, tree, rays, finish }),
+            Structure::Bvh(bvh) => dispatch(self.isa, bvh::Trace::<_, ANY> { world, bvh, rays, finish }),
+        }
+    }
+
+    /// The box around everything, `None` if there is nothing. Transformed instances count by the boxes of their boxes.
+    pub fn bounds(&self) -> Option<Bounds> {
+        (!self.bounds.is_empty()).then_some(self.bounds)
+    }
+
+    /// The instruction set in use.
+    pub fn isa(&self) -> Isa {
+        self.isa
+    }
+
+    /// The size of the structure.
+    pub fn stats(&self) -> Stats {
+        let sizes = |instance: &crate::Instance| self.world.geometries[instance.geometry as usize].len();
+        let primitives = self.world.instances.iter().map(sizes).fold(0, usize::saturating_add);
+        let (nodes, bytes, depth) = match &self.structure {
+            Structure::Brute => (0, 0, 0),
+            Structure::KdTree(tree) => (tree.nodes(), tree.bytes(), tree.depth()),
+            Structure::Bvh(bvh) => (bvh.nodes(), bvh.bytes(), bvh.depth()),
+        };
+        Stats { nodes, primitives, bytes, depth }
+    }
+}
+
+struct BruteTrace<'a, F, const ANY: bool> {
+    world: &'a World,
+    rays: &'a [Ray],
+    finish: F,
+}
+
+impl<F: FnMut(usize, Hit), const ANY: bool> Kernel for BruteTrace<'_, F, ANY> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(mut self) {
+        for (index, ray) in self.rays.iter().enumerate() {
+            let hit = brute::search::<ANY>(self.world, ray).map_or(Hit::MISS, |search| search.hit());
+            (self.finish)(index, hit);
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! The memory layout of the 8-wide BVH: nodes of four cache lines, packs of four triangles of three.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::bounds::Bounds;
+use crate::padding::SlabRay;
+
+/// Children of a node.
+pub(crate) const WIDTH: usize = 8;
+
+/// Triangles of a pack.
+pub(crate) const LANES: usize = 4;
+
+/// Eight boxes with what is in them. A missing child has an inverted infinite box, which no ray enters.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Node {
+    /// Low x, high x, low y, high y, low z, high z of the children.
+    pub rows: [[f32; WIDTH]; 6],
+    /// [`Child`] words.
+    pub children: [u32; WIDTH],
+    /// For each octant of directions, the children from far to near, 3 bits each, the farthest lowest.
+    pub order: [u32; 8],
+}
+
+/// The row of near planes of each axis for a ray; the far planes are in the row whose number differs in the lowest bit.
+#[inline(always)]
+pub(crate) fn near_rows(ray: &SlabRay) -> [usize; 3] {
+    [ray.octant & 1, 2 + (ray.octant >> 1 & 1), 4 + (ray.octant >> 2 & 1)]
+}
+
+impl Node {
+    /// A node with these children in this order, at most eight.
+    pub fn new(children: &[(Bounds, u32)]) -> Self {
+        let mut node = Self { rows: [[0.0; WIDTH]; 6], children: [0; WIDTH], order: [0; 8] };
+        for i in 0..WIDTH {
+            let (bounds, word) = children.get(i).copied().unwrap_or((Bounds::EMPTY, 0));
+            for axis in 0..3 {
+                node.rows[2 * axis][i] = bounds.min[axis];
+                node.rows[2 * axis + 1][i] = bounds.max[axis];
+            }
+            node.children[i] = word;
+        }
+        for octant in 0..8_usize {
+            let depth = |i: usize| {
+                let middle = children.get(i).map_or([0.0; 3], |(bounds, _)| bounds.middle());
+                let along = |axis: usize| if octant >> axis & 1 == 0 { middle[axis] } else { -middle[axis] };
+                (along(0) + along(1)) + along(2)
+            };
+            let mut order: [usize; WIDTH] = std::array::from_fn(|i| i);
+            order.sort_by(|&a, &b| depth(b).total_cmp(&depth(a)).then(a.cmp(&b)));
+            node.order[octant] = order.iter().enumerate().fold(0, |word, (i, &child)| word | (child as u32) << (3 * i));
+        }
+        node
+    }
+}
+
+/// What a child word says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Child {
+    /// An inner node.
+    Node(u32),
+    /// Packs of triangles.
+    Packs { first: u32, count: u32 },
+    /// Spheres.
+    Spheres { first: u32, count: u32 },
+    /// One transformed instance.
+    Instance(u32),
+}
+
+impl Child {
+    /// Indices are below this, those of nodes too.
+    pub const LIMIT: u64 = 1 << 27;
+
+    /// Most packs or spheres of a leaf.
+    pub const COUNT_LIMIT: usize = 8;
+
+    /// Two bits of kind, three of count less one, 27 of index.
+    pub fn word(self) -> u32 {
+        match self {
+            Self::Node(index) => index,
+            Self::Packs { first, count } => 1 << 30 | (count - 1) << 27 | first,
+            Self::Spheres { first, count } => 2 << 30 | (count - 1) << 27 | first,
+            Self::Instance(index) => 3 << 30 | index,
+        }
+    }
+
+    #[inline(always)]
+    pub fn of(word: u32) -> Self {
+        let (first, count) = (word & ((1 << 27) - 1), ((word >> 27) & 7) + 1);
+        match word >> 30 {
+            0 => Self::Node(first),
+            1 => Self::Packs { first, count },
+            2 => Self::Spheres { first, count },
+            _ => Self::Instance(first),
+        }
+    }
+}
+
+/// Four triangles. A lane without one has NaN corners, which the pack's filter rejects.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Pack {
+    /// By corner and axis.
+    pub corners: [[[f32; LANES]; 3]; 3],
+    /// Of the top level; 0 below an instance.
+    pub instance: [u32; LANES],
+    pub primitive: [u32; LANES],
+    /// Of the instance; all ones below an instance, whose own mask was checked when it was entered.
+    pub mask: [u32; LANES],
+}
+
+impl Pack {
+    pub const EMPTY: Self =
+        Self { corners: [[[f32::NAN; LANES]; 3]; 3], instance: [0; LANES], primitive: [0; LANES], mask: [0; LANES] };
+
+    /// The corners of one triangle.
+    #[inline(always)]
+    pub fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
+        std::array::from_fn(|corner| std::array::from_fn(|axis| self.corners[corner][axis][lane]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_round_trip() {
+        let last = (Child::LIMIT - 1) as u32;
+        for child in [
+            Child::Node(0),
+            Child::Node(last),
+            Child::Packs { first: last, count: 8 },
+            Child::Packs { first: 0, count: 1 },
+            Child::Spheres { first: 5, count: 3 },
+            Child::Instance(last),
+        ] {
+            assert_eq!(Child::of(child.word()), child);
+        }
+    }
+
+    #[test]
+    fn orders_are_permutations_from_far_to_near() {
+        let at = |x: f32| Bounds { min: [x, 0.0, 0.0], max: [x + 1.0, 1.0, 1.0] };
+        let node = Node::new(&[(at(5.0), 1), (at(1.0), 2), (at(3.0), 3)]);
+        for octant in 0..8 {
+            let order: Vec<u32> = (0..8).map(|i| node.order[octant] >> (3 * i) & 7).collect();
+            let mut sorted = order.clone();
+            sorted.sort();
+            assert_eq!(sorted, (0..8).collect::<Vec<_>>());
+            let real: Vec<u32> = order.into_iter().filter(|&i| i < 3).collect();
+            assert_eq!(real, if octant & 1 == 0 { [0, 2, 1] } else { [1, 2, 0] });
+        }
+        assert_eq!((size_of::<Node>(), size_of::<Pack>()), (256, 192));
+    }
+}

@@ -1,0 +1,209 @@
+//! Checks a world and lists what the structures are built over: the top level (untransformed primitives and transformed
+//! instances together) and one bottom level per geometry that a transformed instance uses.
+
+use crate::bounds::Bounds;
+use crate::error::{BuildError, limited, room};
+use crate::geometry::{Geometry, Instance, Sphere, Transform, TriangleMesh, World};
+use crate::local_ray::COORDINATE_LIMIT;
+use crate::padding::Padding;
+use crate::ray::PrimitiveId;
+
+/// What an item is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum ItemKind {
+    Triangle,
+    Sphere,
+    /// A transformed instance; the id's primitive is 0.
+    Instance,
+}
+
+/// One thing in a structure, with a box in the structure's space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Item {
+    pub bounds: Bounds,
+    pub kind: ItemKind,
+    /// In a bottom level the instance is 0.
+    pub id: PrimitiveId,
+}
+
+/// A transform's scale is at most this or its reciprocal, so that directions of about unit length stay in range.
+const SCALE_LIMIT: f32 = (1_u64 << 38) as f32;
+
+impl Geometry {
+    /// How many primitives.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Triangles(mesh) => mesh.indices.len(),
+            Self::Spheres(spheres) => spheres.len(),
+        }
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The box around the primitives, empty if there are none.
+    pub(crate) fn bounds(&self) -> Bounds {
+        match self {
+            Self::Triangles(mesh) => {
+                Bounds::of_points(mesh.indices.iter().flatten().map(|&i| mesh.positions[i as usize]))
+            }
+            Self::Spheres(spheres) => spheres.iter().map(sphere_bounds).fold(Bounds::EMPTY, |a, b| a.join(&b)),
+        }
+    }
+}
+
+impl TriangleMesh {
+    /// The corners of a face.
+    #[inline(always)]
+    pub(crate) fn corners(&self, face: usize) -> [[f32; 3]; 3] {
+        self.indices[face].map(|i| self.positions[i as usize])
+    }
+}
+
+pub(crate) fn sphere_bounds(sphere: &Sphere) -> Bounds {
+    let end = |sign: f64| sphere.center.map(|c| f64::from(c) + sign * f64::from(sphere.radius));
+    Bounds::around(end(-1.0), end(1.0))
+}
+
+/// Checks everything that a user controls.
+pub(crate) fn check(world: &World) -> Result<(), BuildError> {
+    limited("instances", world.instances.len(), u64::from(u32::MAX) - 1)?;
+    for (index, geometry) in world.geometries.iter().enumerate() {
+        limited("primitives in a geometry", geometry.len(), u64::from(u32::MAX) - 1)?;
+        match geometry {
+            Geometry::Triangles(mesh) => check_mesh(index, mesh)?,
+            Geometry::Spheres(spheres) => check_spheres(index, spheres)?,
+        }
+    }
+    for (index, instance) in world.instances.iter().enumerate() {
+        let geometries = world.geometries.len();
+        if instance.geometry as usize >= geometries {
+            return Err(BuildError::Geometry { instance: index, index: instance.geometry, geometries });
+        }
+        if let Some(transform) = &instance.transform {
+            check_transform(transform).map_err(|reason| BuildError::Transform { instance: index, reason })?;
+        }
+    }
+    Ok(())
+}
+
+fn in_range(x: f32) -> bool {
+    x.abs() <= COORDINATE_LIMIT
+}
+
+fn check_mesh(geometry: usize, mesh: &TriangleMesh) -> Result<(), BuildError> {
+    if let Some(vertex) = mesh.positions.iter().position(|p| !p.iter().all(|&x| in_range(x))) {
+        return Err(BuildError::Position { geometry, vertex, position: mesh.positions[vertex] });
+    }
+    let vertices = mesh.positions.len();
+    for (face, corners) in mesh.indices.iter().enumerate() {
+        if let Some(&index) = corners.iter().find(|&&i| i as usize >= vertices) {
+            return Err(BuildError::Index { geometry, face, index, vertices });
+        }
+    }
+    Ok(())
+}
+
+fn check_spheres(geometry: usize, spheres: &[Sphere]) -> Result<(), BuildError> {
+    let fine = |s: &Sphere| s.radius > 0.0 && s.center.iter().all(|c| in_range(c.abs() + s.radius));
+    match spheres.iter().position(|s| !fine(s)) {
+        Some(sphere) => {
+            let Sphere { center, radius } = spheres[sphere];
+            Err(BuildError::Sphere { geometry, sphere, center, radius })
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_transform(transform: &Transform) -> Result<(), &'static str> {
+    let expected = Transform::new(transform.to_world).ok_or("has no inverse or a number that is not finite")?;
+    if expected.to_object != transform.to_object {
+        return Err("does not match its inverse");
+    }
+    let scales = [&transform.to_world, &transform.to_object];
+    if scales.iter().flat_map(|rows| rows.iter()).any(|row| row[..3].iter().any(|x| x.abs() > SCALE_LIMIT)) {
+        return Err("scales by more than 2^38 or less than its reciprocal");
+    }
+    if scales.iter().flat_map(|rows| rows.iter()).any(|row| !in_range(row[3])) {
+        return Err("moves by more than 2^50");
+    }
+    Ok(())
+}
+
+/// The items of one geometry in its own space.
+pub(crate) fn of_geometry(geometry: &Geometry) -> Result<Vec<Item>, BuildError> {
+    let mut items = room("items", geometry.len())?;
+    push_primitives(geometry, 0, &mut items);
+    Ok(items)
+}
+
+/// For every geometry that a transformed instance uses, its box.
+pub(crate) fn object_bounds(world: &World) -> Vec<Option<Bounds>> {
+    let mut used = vec![false; world.geometries.len()];
+    for instance in world.instances.iter().filter(|instance| instance.transform.is_some()) {
+        used[instance.geometry as usize] = true;
+    }
+    world.geometries.iter().zip(used).map(|(geometry, used)| used.then(|| geometry.bounds())).collect()
+}
+
+/// The pad of the top level.
+pub(crate) fn top_padding(world: &World, items: &[Item], object_bounds: &[Option<Bounds>]) -> Padding {
+    let bounds = items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.join(&item.bounds));
+    let placed = world
+        .instances
+        .iter()
+        .filter_map(|instance| Some((instance.transform.as_ref()?, object_bounds[instance.geometry as usize]?)));
+    Padding::new(&bounds, placed)
+}
+
+/// The items of the top level.
+pub(crate) fn of_top(world: &World, object_bounds: &[Option<Bounds>]) -> Result<Vec<Item>, BuildError> {
+    let count_of = |instance: &Instance| match instance.transform {
+        None => world.geometries[instance.geometry as usize].len(),
+        Some(_) => 1,
+    };
+    let count = world.instances.iter().fold(0_usize, |sum, instance| sum.saturating_add(count_of(instance)));
+    limited("primitives without transform", count, u64::from(u32::MAX >> 1))?;
+    let mut items = room("items", count)?;
+    for (index, instance) in world.instances.iter().enumerate() {
+        let geometry = &world.geometries[instance.geometry as usize];
+        match &instance.transform {
+            None => push_primitives(geometry, index as u32, &mut items),
+            Some(_) if geometry.is_empty() => {}
+            Some(transform) => {
+                let object = object_bounds[instance.geometry as usize].unwrap_or(Bounds::EMPTY);
+                let bounds = transform.bounds_to_world(&object);
+                if !bounds.min.iter().chain(&bounds.max).all(|&x| in_range(x)) {
+                    return Err(BuildError::Transform { instance: index, reason: "moves the geometry beyond 2^50" });
+                }
+                let id = PrimitiveId { instance: index as u32, primitive: 0 };
+                items.push(Item { bounds, kind: ItemKind::Instance, id });
+            }
+        }
+    }
+    Ok(items)
+}
+
+/// The box around the top level's items.
+pub(crate) fn world_bounds(world: &World) -> Result<Bounds, BuildError> {
+    let items = of_top(world, &object_bounds(world))?;
+    Ok(items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.join(&item.bounds)))
+}
+
+fn push_primitives(geometry: &Geometry, instance: u32, items: &mut Vec<Item>) {
+    let id = |primitive: usize| PrimitiveId { instance, primitive: primitive as u32 };
+    match geometry {
+        Geometry::Triangles(mesh) => items.extend((0..mesh.indices.len()).map(|i| Item {
+            bounds: Bounds::of_points(mesh.corners(i)),
+            kind: ItemKind::Triangle,
+            id: id(i),
+        })),
+        Geometry::Spheres(spheres) => items.extend(spheres.iter().enumerate().map(|(i, s)| Item {
+            bounds: sphere_bounds(s),
+            kind: ItemKind::Sphere,
+            id: id(i),
+        })),
+    }
+}

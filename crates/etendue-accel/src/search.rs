@@ -1,0 +1,130 @@
+//! What one ray is looking for and the best it has found: all accelerators offer primitives here.
+
+use crate::geometry::Sphere;
+use crate::local_ray::LocalRay;
+use crate::ray::{Hit, PrimitiveId, Ray};
+use crate::{sphere, triangle};
+
+/// The state of a search. Its result does not depend on the order of the offers: the smallest (t, instance, primitive)
+/// wins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Search {
+    pub t_min: f32,
+    t_max: f32,
+    pub mask: u32,
+    skip: PrimitiveId,
+    /// Until something is found, `t` is the end of the range and the id is `NONE`.
+    pub best: Hit,
+}
+
+impl Search {
+    /// The search and the ray in world space; `None` if the ray hits nothing by definition.
+    #[inline(always)]
+    pub fn start(ray: &Ray) -> Option<(Self, LocalRay)> {
+        let t_min = if ray.t_min < 0.0 { 0.0 } else { ray.t_min };
+        let in_order = t_min < ray.t_max;
+        let local = LocalRay::new(ray.origin, ray.direction)?;
+        let best = Hit { t: ray.t_max, ..Hit::MISS };
+        in_order.then_some((Self { t_min, t_max: ray.t_max, mask: ray.mask, skip: ray.skip, best }, local))
+    }
+
+    /// The result.
+    #[inline(always)]
+    pub fn hit(&self) -> Hit {
+        if self.best.is_hit() { self.best } else { Hit::MISS }
+    }
+
+    /// Tests a triangle. True if it is hit within the range, best or not.
+    #[inline(always)]
+    pub fn triangle(&mut self, ray: &LocalRay, vertices: &[[f32; 3]; 3], id: PrimitiveId) -> bool {
+        match triangle::intersect(ray, vertices) {
+            Some(found) if id != self.skip => self.offer(Hit { t: found.t, u: found.u, v: found.v, id }),
+            _ => false,
+        }
+    }
+
+    /// Tests a sphere. True if it is hit within the range, best or not.
+    #[inline(always)]
+    pub fn sphere(&mut self, ray: &LocalRay, sphere: &Sphere, id: PrimitiveId) -> bool {
+        let Some([near, far]) = sphere::intersect(ray, sphere) else { return false };
+        let offer = |search: &mut Self, t| search.offer(Hit { t, u: 0.0, v: 0.0, id });
+        if id == self.skip {
+            return sphere::points_inward(ray, sphere) && offer(self, far);
+        }
+        offer(self, near) || offer(self, far)
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, hit: Hit) -> bool {
+        if !(hit.t > self.t_min && hit.t < self.t_max) {
+            return false;
+        }
+        if hit.t < self.best.t || (hit.t == self.best.t && hit.id < self.best.id) {
+            self.best = hit;
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn id(instance: u32, primitive: u32) -> PrimitiveId {
+        PrimitiveId { instance, primitive }
+    }
+
+    fn ray(origin: [f32; 3], direction: [f32; 3]) -> Ray {
+        Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY, time: 0.0, mask: !0, skip: PrimitiveId::NONE }
+    }
+
+    #[test]
+    fn ties_go_to_the_smaller_id() {
+        let face = [[-1.0, -1.0, 0.0], [2.0, -1.0, 0.0], [-1.0, 2.0, 0.0]];
+        let ids = [id(1, 0), id(0, 7), id(0, 9), id(2, 1)];
+        for rotation in 0..4 {
+            let (mut search, local) = Search::start(&ray([0.0, 0.0, 1.0], [0.0, 0.0, -1.0])).unwrap();
+            for i in 0..4 {
+                assert!(search.triangle(&local, &face, ids[(i + rotation) % 4]));
+            }
+            assert_eq!(search.hit().id, id(0, 7));
+        }
+    }
+
+    #[test]
+    fn the_range_is_exclusive() {
+        let face = [[-1.0, -1.0, 0.0], [2.0, -1.0, 0.0], [-1.0, 2.0, 0.0]];
+        let base = ray([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]);
+        for (t_min, t_max, expected) in [
+            (0.0, 1.0, false),
+            (1.0, 2.0, false),
+            (0.5, 1.0_f32.next_up(), true),
+            (-1.0, 2.0, true),
+            (-3.0, -1.0, false),
+        ] {
+            let found = Search::start(&Ray { t_min, t_max, ..base })
+                .is_some_and(|(mut search, local)| search.triangle(&local, &face, id(0, 0)));
+            assert_eq!(found, expected, "({t_min}, {t_max})");
+        }
+        assert!(Search::start(&Ray { t_min: f32::NAN, ..base }).is_none());
+        assert!(Search::start(&Ray { t_max: f32::NAN, ..base }).is_none());
+        assert!(Search::start(&ray([0.0; 3], [0.0; 3])).is_none());
+        assert!(Search::start(&ray([0.0, f32::NAN, 0.0], [0.0, 0.0, 1.0])).is_none());
+        assert!(Search::start(&ray([0.0; 3], [0.0, f32::INFINITY, 1.0])).is_none());
+    }
+
+    #[test]
+    fn the_skipped_sphere_shows_its_far_side_inward_only() {
+        let ball = Sphere { center: [0.0; 3], radius: 1.0 };
+        let try_ray = |origin, direction, skip| {
+            let (mut search, local) = Search::start(&Ray { skip, ..ray(origin, direction) }).unwrap();
+            search.sphere(&local, &ball, id(3, 4)).then(|| search.hit().t)
+        };
+        let on_top = [0.0, 0.0, 1.000001];
+        assert_eq!(try_ray(on_top, [0.0, 0.0, 1.0], id(3, 4)), None);
+        assert_eq!(try_ray([0.0, 0.0, 0.999999], [0.0, 0.0, 1.0], id(3, 4)), None, "outward from a point inside");
+        assert!(try_ray(on_top, [0.0, 0.0, -1.0], id(3, 4)).unwrap() > 1.9);
+        assert!(try_ray(on_top, [0.0, 0.0, -1.0], id(3, 5)).unwrap() < 1e-5);
+        assert_eq!(try_ray([0.0; 3], [0.0, 2.0, 0.0], PrimitiveId::NONE), Some(0.5), "from inside");
+    }
+}

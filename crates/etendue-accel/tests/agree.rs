@@ -1,0 +1,390 @@
+//! All accelerators on all instruction sets give the same hits, bit for bit, on rays and worlds chosen to hurt.
+#![allow(clippy::disallowed_methods)]
+
+mod common;
+
+use common::*;
+use etendue_accel::{Geometry, Hit, Instance, PrimitiveId, Ray, Sphere, World};
+
+/// Rays are compared in slices of this length; odd, so that slices end anywhere.
+const SLICE: usize = 997;
+
+/// Points that rays are aimed at or start from, in world space.
+struct Targets {
+    /// Corners of triangles.
+    faces: Vec<[[f32; 3]; 3]>,
+    centers: Vec<([f32; 3], f32)>,
+    ids: Vec<PrimitiveId>,
+    reach: f32,
+}
+
+impl Targets {
+    fn of(world: &World) -> Self {
+        let mut targets = Self { faces: Vec::new(), centers: Vec::new(), ids: Vec::new(), reach: 0.0 };
+        for (index, instance) in world.instances.iter().enumerate() {
+            let map = |p: [f32; 3]| instance.transform.map_or(p, |transform| transform.point_to_world(p));
+            let geometry = &world.geometries[instance.geometry as usize];
+            match geometry {
+                Geometry::Triangles(mesh) => {
+                    targets.faces.extend(mesh.indices.iter().map(|face| face.map(|i| map(mesh.positions[i as usize]))))
+                }
+                Geometry::Spheres(list) => {
+                    targets.centers.extend(list.iter().map(|sphere| (map(sphere.center), sphere.radius)));
+                }
+            }
+            let id = |primitive| PrimitiveId { instance: index as u32, primitive };
+            targets.ids.extend((0..geometry.len() as u32).map(id));
+        }
+        let points = targets.faces.iter().flatten().chain(targets.centers.iter().map(|(center, _)| center));
+        targets.reach = points.flatten().fold(1e-30, |reach, x| reach.max(x.abs()));
+        targets
+    }
+
+    /// A corner, a point of an edge, inside a face or on a sphere.
+    fn point(&self, rng: &mut Rng) -> [f32; 3] {
+        if self.faces.is_empty() || (!self.centers.is_empty() && rng.chance(0.3)) {
+            let Some(&(center, radius)) = (!self.centers.is_empty()).then(|| rng.pick(&self.centers)) else {
+                return rng.point(self.reach);
+            };
+            let factor = *rng.pick(&[0.0, 0.5, 0.999_999, 1.0, 1.000_001]);
+            return add(center, scale(rng.direction(), radius * factor));
+        }
+        let [a, b, c] = *rng.pick(&self.faces);
+        let along = |p: [f32; 3], q: [f32; 3], s: f32| add(p, scale(sub(q, p), s));
+        match rng.below(4) {
+            0 => a,
+            1 => along(a, b, 0.5),
+            2 => along(a, b, rng.range(0.0, 1.0)),
+            _ => along(along(a, b, rng.range(0.0, 1.0)), c, rng.range(0.0, 1.0)),
+        }
+    }
+
+    fn ray(&self, rng: &mut Rng) -> Ray {
+        let target = self.point(rng);
+        let (origin, mut direction) = match rng.below(7) {
+            // Along an axis through a point of the world, from outside or from the point itself.
+            0 => {
+                let axis = rng.below(3);
+                let mut direction = [*rng.pick(&[0.0, -0.0]), *rng.pick(&[0.0, -0.0]), *rng.pick(&[0.0, -0.0])];
+                direction[axis] = *rng.pick(&[1.0, -1.0, 3.0, -0.1]);
+                let back = *rng.pick(&[0.0, 0.5, 2.0, 4.0]) * self.reach;
+                (sub(target, scale(direction, back)), direction)
+            }
+            // In a plane of the axes.
+            1 => {
+                let mut direction = rng.direction();
+                direction[rng.below(3)] = *rng.pick(&[0.0, -0.0, 1e-30, -1e-39]);
+                (sub(target, scale(direction, self.reach)), direction)
+            }
+            // From one point of the world to another: along faces and edges, and through corners.
+            2 | 3 => {
+                let origin = self.point(rng);
+                (origin, sub(target, origin))
+            }
+            // From far away.
+            4 => {
+                let far = *rng.pick(&[10.0, 1e4, 1e5, 1e6, 1e7]) * self.reach;
+                let origin = scale(rng.direction(), far);
+                (origin, scale(sub(target, origin), *rng.pick(&[1.0, 1e-3, 1e-6])))
+            }
+            // Grazing: almost along a side of the box.
+            5 => {
+                let mut direction = scale(rng.direction(), *rng.pick(&[1e-7, 1e-5, 1e-3]));
+                direction[rng.below(3)] = *rng.pick(&[1.0, -1.0]);
+                (sub(target, scale(direction, self.reach * rng.range(0.0, 3.0))), direction)
+            }
+            _ => (rng.point(self.reach * 1.5), rng.direction()),
+        };
+        if rng.chance(0.01) {
+            let bad = *rng.pick(&[0.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e-42, f32::MAX]);
+            direction = [bad, *rng.pick(&[0.0, bad]), *rng.pick(&[-0.0, bad])];
+        }
+        let mut ray = ray(origin, direction);
+        if rng.chance(0.01) {
+            ray.origin[rng.below(3)] = *rng.pick(&[f32::NAN, f32::INFINITY, f32::MAX, -1e20]);
+        }
+        if rng.chance(0.3) {
+            let length = self.reach / dot(direction, direction).sqrt().max(1e-30);
+            (ray.t_min, ray.t_max) = *rng.pick(&[
+                (0.0, length),
+                (0.0, 1.0),
+                (0.5 * length, 2.0 * length),
+                (1.0, f32::INFINITY),
+                (1.0, 1.0),
+                (2.0, 1.0),
+                (-5.0, 1.0),
+                (f32::NAN, 1.0),
+                (0.0, f32::NAN),
+            ]);
+        }
+        if rng.chance(0.3) {
+            ray.mask = *rng.pick(&[0, 1, 2, 3, 0x8000_0000]);
+        }
+        if rng.chance(0.4) && !self.ids.is_empty() {
+            ray.skip = *rng.pick(&self.ids);
+        }
+        ray
+    }
+}
+
+fn bits(hit: &Hit) -> [u32; 5] {
+    [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.id.instance, hit.id.primitive]
+}
+
+/// Compares everything on random rays; gives how many hit.
+fn compare(name: &str, world: &World, count: usize, seed: u64) -> usize {
+    let targets = Targets::of(world);
+    let accelerators = all_accelerators(world);
+    let (_, reference) = &accelerators[0];
+    let mut rng = Rng(seed);
+    let mut found = 0;
+    let mut rays: Vec<Ray> = Vec::new();
+    let (mut expected, mut hits, mut occluded) = (Vec::new(), Vec::new(), Vec::new());
+    let mut left = count;
+    while left > 0 {
+        let slice = left.min(SLICE);
+        left -= slice;
+        rays.clear();
+        // Half of the rays leave hits of the rays before them, skipping what they left, as paths do.
+        for _ in 0..slice {
+            let mut next = targets.ray(&mut rng);
+            if rng.chance(0.3) && !expected.is_empty() {
+                let (previous, hit): &(Ray, Hit) = rng.pick(&expected);
+                if hit.is_hit() {
+                    next.origin = add(previous.origin, scale(previous.direction, hit.t));
+                    next.skip = hit.id;
+                }
+            }
+            rays.push(next);
+        }
+        hits.clear();
+        hits.resize(slice, Hit::MISS);
+        reference.closest_hits(&rays, &mut hits);
+        expected.clear();
+        expected.extend(rays.iter().copied().zip(hits.iter().copied()));
+        found += hits.iter().filter(|hit| hit.is_hit()).count();
+        for (kind, accelerator) in &accelerators {
+            hits.fill(Hit { t: -1.0, ..Hit::MISS });
+            accelerator.closest_hits(&rays, &mut hits);
+            for ((ray, expected), hit) in expected.iter().zip(&hits) {
+                assert_eq!(bits(expected), bits(hit), "{name}, {kind}: {expected:?} {hit:?} {ray:?}");
+            }
+            occluded.clear();
+            occluded.resize(slice, false);
+            accelerator.any_hits(&rays, &mut occluded);
+            for ((ray, expected), &any) in expected.iter().zip(&occluded) {
+                assert_eq!(expected.is_hit(), any, "{name}, {kind}, any hit: {expected:?} {ray:?}");
+            }
+        }
+    }
+    found
+}
+
+fn check(name: &str, world: &World) {
+    // Eight worlds share the rays of the whole test.
+    let count = ray_count() / 8;
+    let found = compare(name, world, count, 0x5EED ^ name.len() as u64);
+    let share = found as f64 / count as f64;
+    assert!(share > 0.15 && share < 0.99, "{name}: {share} of the rays hit, so the test says little");
+}
+
+fn soup(rng: &mut Rng, count: usize, size: f32) -> Geometry {
+    let mut positions = Vec::new();
+    for _ in 0..count {
+        let center = rng.point(1.0);
+        positions.extend((0..3).map(|_| add(center, rng.point(size))));
+    }
+    triangles(&mesh(positions, (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect()))
+}
+
+#[test]
+fn closed_meshes() {
+    let boxes = triangles(&mapped(&subdivided_box(4), |p| scale(p, 0.75)));
+    let world = World { geometries: vec![boxes, triangles(&ball(2))], instances: vec![plain(0), plain(1)] };
+    check("closed meshes", &world);
+}
+
+#[test]
+fn coincident_faces() {
+    // The same faces in one geometry twice, in two instances, and as a shifted neighbour in the same planes.
+    let grid = subdivided_box(3);
+    let twice = mesh(grid.positions.to_vec(), grid.indices.iter().chain(grid.indices.iter()).copied().collect());
+    let shifted = mapped(&grid, |p| [p[0] + 2.0 / 3.0, p[1], p[2]]);
+    let world = World {
+        geometries: vec![triangles(&twice), triangles(&grid), triangles(&shifted)],
+        instances: vec![
+            plain(2),
+            Instance { mask: 2, ..plain(1) },
+            plain(0),
+            placed(1, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]),
+            placed(0, [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]], [0.0; 3]),
+            placed(0, [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]),
+        ],
+    };
+    check("coincident faces", &world);
+}
+
+#[test]
+fn slivers() {
+    let mut rng = Rng(11);
+    let mut positions = Vec::new();
+    for i in 0..300 {
+        let a = rng.point(1.0);
+        let b = if i % 3 == 0 { rng.point(1.0) } else { add(a, scale([1.0, 1.0, 1.0], rng.range(0.1, 1.0))) };
+        // Thin by a few bits, of no width, or of no length.
+        let c = match i % 5 {
+            0 => add(add(a, scale(sub(b, a), 0.5)), rng.point(1e-7)),
+            1 => add(add(a, scale(sub(b, a), rng.range(-1.0, 2.0))), rng.point(1e-6)),
+            2 => add(b, rng.point(1e-7)),
+            3 => b,
+            _ => add(add(a, scale(sub(b, a), 0.25)), rng.point(1e-4)),
+        };
+        positions.extend([a, b, c]);
+    }
+    let indices = (0..300).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let wide = soup(&mut rng, 60, 0.2);
+    let world = World {
+        geometries: vec![triangles(&mesh(positions, indices)), wide],
+        instances: vec![plain(0), plain(1), placed(0, rng.linear(), [0.1, 0.2, 0.3])],
+    };
+    check("slivers", &world);
+}
+
+#[test]
+fn nested_spheres() {
+    let mut rng = Rng(12);
+    let mut list: Vec<Sphere> = (1..12).map(|i| Sphere { center: [0.0, 0.1, 0.0], radius: 0.1 * i as f32 }).collect();
+    list.push(list[3]);
+    list.extend((0..60).map(|_| Sphere { center: rng.point(1.5), radius: 0.2 * rng.unit() as f32 + 1e-6 }));
+    list.push(Sphere { center: [0.0, -1000.0, 0.0], radius: 999.0 });
+    let world = World {
+        geometries: vec![spheres(list), triangles(&subdivided_box(2))],
+        instances: vec![
+            plain(0),
+            plain(1),
+            placed(0, rng.linear(), [1.0, 0.0, 0.0]),
+            placed(1, rng.linear(), [0.0; 3]),
+        ],
+    };
+    check("nested spheres", &world);
+}
+
+#[test]
+fn instances() {
+    let mut rng = Rng(13);
+    let geometries = vec![
+        soup(&mut rng, 40, 0.4),
+        triangles(&subdivided_box(2)),
+        spheres(vec![Sphere { center: [0.5; 3], radius: 0.5 }]),
+    ];
+    let mut instances = vec![plain(0)];
+    for i in 0..40 {
+        let mut linear = rng.linear();
+        match i % 4 {
+            0 => linear = linear.map(|row| scale(row, 0.1)),
+            1 => linear[0] = scale(linear[0], -1e-3),
+            2 => linear = [[0.0, -0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, if i % 8 == 2 { 0.5 } else { -0.5 }]],
+            _ => linear[1] = scale(linear[1], 20.0),
+        }
+        let instance = placed(i % 3, linear, rng.point(2.0));
+        instances.push(Instance { mask: *rng.pick(&[u32::MAX, 1, 2, 5, 0]), ..instance });
+    }
+    check("instances", &World { geometries, instances });
+}
+
+#[test]
+fn far_from_the_origin() {
+    let mut rng = Rng(14);
+    let shift = [1e5, -3e4, 7e4];
+    let far = mapped(&ball(2), |p| add(scale(p, 30.0), shift));
+    let mut instances = vec![plain(0)];
+    for i in 0..12 {
+        let linear = rng.linear().map(|row| scale(row, 10.0));
+        let offset = rng.point(60.0);
+        instances.push(placed(1 + i % 2, linear, add(shift, offset)));
+        // An object that is itself far from its own origin.
+        let linear = rng.linear();
+        let center = [0, 1, 2].map(|r| dot(linear[r], shift));
+        let offset = rng.point(40.0);
+        instances.push(placed(0, linear, add(sub(shift, center), offset)));
+    }
+    let geometries = vec![triangles(&far), triangles(&subdivided_box(2)), soup(&mut rng, 50, 0.5)];
+    check("far from the origin", &World { geometries, instances });
+}
+
+#[test]
+fn huge_and_tiny() {
+    let mut rng = Rng(15);
+    let thing = |factor: f32| triangles(&mapped(&subdivided_box(2), |p| scale(p, factor)));
+    let mut geometries = vec![thing(1e-20), thing(1e-6), thing(1.0), thing(1e7), soup(&mut rng, 50, 0.5)];
+    geometries.push(spheres(vec![
+        Sphere { center: [0.0; 3], radius: 1e-12 },
+        Sphere { center: [1e-3; 3], radius: 1e-4 },
+        Sphere { center: [2e6, 0.0, 0.0], radius: 1e6 },
+    ]));
+    let big = [[1e9, 0.0, 0.0], [0.0, 1e9, 0.0], [0.0, 0.0, 1e9]];
+    let small = big.map(|row| scale(row, 1e-18));
+    let instances =
+        (0..6).map(plain).chain([placed(1, big, [0.0; 3]), placed(4, big, [0.0; 3]), placed(3, small, [0.5; 3])]);
+    let world = World { instances: instances.collect(), geometries };
+    check("huge and tiny", &world);
+}
+
+#[test]
+fn dense_soup() {
+    let mut rng = Rng(16);
+    let world = World {
+        geometries: vec![soup(&mut rng, 600, 0.15), soup(&mut rng, 200, 0.01)],
+        instances: vec![plain(0), plain(1), Instance { mask: 1, ..plain(1) }, placed(1, rng.linear(), [0.3, 0.0, 0.0])],
+    };
+    check("dense soup", &world);
+}
+
+#[test]
+fn nothing_to_hit() {
+    let worlds = [
+        World::default(),
+        World {
+            geometries: vec![spheres(vec![]), triangles(&mesh(vec![], vec![]))],
+            instances: vec![plain(0), plain(1)],
+        },
+        World {
+            geometries: vec![triangles(&mesh(vec![[0.0; 3]], vec![]))],
+            instances: vec![placed(0, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [1.0; 3])],
+        },
+    ];
+    for world in worlds {
+        assert_eq!(compare("nothing", &world, 2000, 3), 0);
+        assert!(all_accelerators(&world).iter().all(|(_, accelerator)| accelerator.bounds().is_none()));
+    }
+}
+
+/// Large enough that the wide tree keeps several rays in flight.
+#[test]
+fn larger_than_the_cache() {
+    use etendue_accel::{Accelerator, AcceleratorKind, Isa};
+    let world = World {
+        geometries: vec![triangles(&ball(7)), triangles(&subdivided_box(3))],
+        instances: vec![plain(0), placed(1, [[0.3, 0.0, 0.0], [0.0, 0.2, 0.2], [0.0, -0.2, 0.2]], [0.2; 3])],
+    };
+    let targets = Targets::of(&world);
+    let mut rng = Rng(17);
+    let rays: Vec<Ray> = (0..ray_count() / 8).map(|_| targets.ray(&mut rng)).collect();
+    let tree = AcceleratorKind::KdTree(etendue_accel::KdTreeSplit::SurfaceArea);
+    let reference = Accelerator::build(&world, tree, Isa::Portable, 2).unwrap();
+    let mut expected = vec![Hit::MISS; rays.len()];
+    reference.closest_hits(&rays, &mut expected);
+    assert!(expected.iter().filter(|hit| hit.is_hit()).count() > rays.len() / 4);
+    for isa in Isa::available() {
+        let bvh = Accelerator::build(&world, AcceleratorKind::Bvh, isa, 2).unwrap();
+        assert!(bvh.stats().bytes > 10 << 20, "{:?}", bvh.stats());
+        let mut hits = vec![Hit::MISS; rays.len()];
+        bvh.closest_hits(&rays, &mut hits);
+        for ((ray, expected), hit) in rays.iter().zip(&expected).zip(&hits) {
+            assert_eq!(bits(expected), bits(hit), "{isa}: {expected:?} {hit:?} {ray:?}");
+        }
+        let mut occluded = vec![false; rays.len()];
+        bvh.any_hits(&rays, &mut occluded);
+        assert!(expected.iter().zip(&occluded).all(|(hit, &any)| hit.is_hit() == any), "{isa}");
+    }
+}
