@@ -120,7 +120,9 @@ mod tests {
     #[test]
     fn file_line_column_caret_and_help() {
         let text = plain("[camera]\r\n  postion = 1\r\n", 12, 19);
-        for part in ["error: unknown key `postion`", "scenes/a.toml:2:3", "2 |   postion = 1", "^^^^^^^ not a key", "help: did"] {
+        for part in
+            ["error: unknown key `postion`", "scenes/a.toml:2:3", "2 |   postion = 1", "^^^^^^^ not a key", "help: did"]
+        {
             assert!(text.contains(part), "{part} in\n{text}");
         }
     }

@@ -107,7 +107,9 @@ impl Libraries<'_> {
             Err(_) if may_fail => false,
             Err(error) => {
                 self.missing = true;
-                self.found.push(Diagnostic::warning(error.to_string()).at(place).label("material library"));
+                self.found.push(
+                    Diagnostic::warning(error.to_string()).at(place).label("its materials are replaced by grey ones"),
+                );
                 self.tried.insert(name);
                 false
             }

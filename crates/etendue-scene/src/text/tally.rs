@@ -41,11 +41,11 @@ impl<K: Finding> Tally<K> {
 
     /// Counts several, the first of them at `place`.
     pub fn add_many(&mut self, kind: K, key: &[u8], count: usize, file: FileId, place: Range<usize>) {
-        let same = |entry: &&mut Entry<K>| entry.kind == kind && (key.is_empty() || entry.key == shown(key));
-        if let Some(entry) = self.entries.iter_mut().find(same) {
+        let key = shown(key);
+        if let Some(entry) = self.entries.iter_mut().find(|entry| entry.kind == kind && entry.key == key) {
             entry.count += count;
         } else if self.entries.len() < MOST {
-            self.entries.push(Entry { kind, key: shown(key), count, first: Span::new(file, place) });
+            self.entries.push(Entry { kind, key, count, first: Span::new(file, place) });
         } else {
             self.others += count;
         }
