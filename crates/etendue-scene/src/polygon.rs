@@ -33,8 +33,8 @@ pub(crate) struct Triangulator {
     work_left: u64,
 }
 
-const FREE_WORK: u64 = 1 << 27;
-const WORK_PER_CORNER: u64 = 256;
+const FREE_WORK: u64 = 1 << 26;
+const WORK_PER_CORNER: u64 = 64;
 
 /// Ears are taken in three sweeps, so that slivers along straight runs of corners are made only where they must: the sine
 /// of the ear's angle is above the first of these, then of the second, then positive.
