@@ -21,7 +21,7 @@ struct Proof {
 /// Prints the names.
 pub fn list() -> bool {
     println!("cargo xtask prove NAME, where NAME is one of:");
-    for (name, proof) in proofs() {
+    for (name, proof) in proofs().iter().flat_map(|(name, proofs)| proofs.iter().map(move |proof| (name, proof))) {
         println!("  {name:24} {}", proof.about);
     }
     true
@@ -30,7 +30,8 @@ pub fn list() -> bool {
 /// Runs one proof, or all.
 pub fn run(name: &str) -> bool {
     let proofs = proofs();
-    let chosen: Vec<_> = proofs.iter().filter(|(n, _)| name == "all" || *n == name).collect();
+    let chosen = proofs.iter().filter(|(n, _)| name == "all" || *n == name);
+    let chosen: Vec<_> = chosen.flat_map(|(name, proofs)| proofs.iter().map(move |proof| (name, proof))).collect();
     if chosen.is_empty() {
         eprintln!("no proof is called `{name}`; there are: {}", proofs.into_keys().collect::<Vec<_>>().join(", "));
         return false;
@@ -43,11 +44,11 @@ pub fn run(name: &str) -> bool {
     })
 }
 
-/// All proofs by name: integration tests by theirs, unit tests by their package's. Found by looking for the variable in the
-/// sources, so that the list cannot grow stale.
-fn proofs() -> BTreeMap<String, Proof> {
+/// All proofs by name: integration tests by theirs (packages may share one), unit tests by their package's. Found by looking
+/// for the variable in the sources, so that the list cannot grow stale.
+fn proofs() -> BTreeMap<String, Vec<Proof>> {
     let root = root();
-    let mut proofs = BTreeMap::new();
+    let mut proofs: BTreeMap<String, Vec<Proof>> = BTreeMap::new();
     for file in hygiene::files(&root) {
         let Some((package, target)) = target_of(&file) else { continue };
         let Ok(text) = fs::read_to_string(root.join(&file)) else { continue };
@@ -65,7 +66,10 @@ fn proofs() -> BTreeMap<String, Proof> {
         let about = main.and_then(|m| fs::read_to_string(m).ok()).map(|t| first_doc_line(&t)).unwrap_or_default();
         let mut arguments = vec!["--package".to_owned(), package];
         arguments.extend(selector);
-        proofs.entry(name).or_insert(Proof { arguments, about });
+        let same_name = proofs.entry(name).or_default();
+        if same_name.iter().all(|proof| proof.arguments != arguments) {
+            same_name.push(Proof { arguments, about });
+        }
     }
     proofs
 }
