@@ -155,13 +155,22 @@ def _shape(entry, meshes):
         # Without this Mitsuba invents smooth normals for a mesh that has none.
         return {"type": path.suffix[1:], "filename": str(path), "face_normals": not _has_normals(path)}
     if kind == "sphere":
-        return {"type": "sphere", "center": entry.take("center", [0, 0, 0]), "radius": float(entry.take("radius"))}
+        return {"type": "sphere", "center": entry.take("center", [0, 0, 0]), "radius": float(entry.take("radius", 1))}
     if kind == "rectangle":
-        corner, u, v = (entry.take(key) for key in ("corner", "u", "v"))
+        if "corner" in entry.values:
+            corner, u, v = (entry.take(key) for key in ("corner", "u", "v"))
+        else:
+            x, y = entry.take("size", [1, 1])
+            corner, u, v = [-x / 2, -y / 2, 0], [x, 0, 0], [0, y, 0]
         corners = [[c + a * x + b * y for c, x, y in zip(corner, u, v)] for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
         return _inline(meshes.write(corners, [[0, 1, 2], [0, 2, 3]]))
     if kind == "box":
-        ends = entry.take("min"), entry.take("max")
+        if "min" in entry.values:
+            ends = entry.take("min"), entry.take("max")
+        else:
+            size = entry.take("size", 1)
+            size = [size] * 3 if isinstance(size, (int, float)) else size
+            ends = [-x / 2 for x in size], [x / 2 for x in size]
         corners = [[ends[(i >> axis) & 1][axis] for axis in range(3)] for i in range(8)]
         return _inline(meshes.write(corners, BOX))
     raise Unsupported(f"{entry.where}: cannot convert the shape {kind}")
@@ -198,7 +207,8 @@ def _material(material):
     parts = {"bsdf": {"type": "twosided", "bsdf": bsdf}}
     emission = material.take("emission", None)
     if emission is not None:
-        emission = Table(emission, f"{material.where}.emission")
+        whole = emission if isinstance(emission, dict) else {"radiance": emission}
+        emission = Table(whole, f"{material.where}.emission")
         if emission.take("two_sided", False):
             raise Unsupported(f"{emission.where}: Mitsuba's area lights have one side")
         parts["emitter"] = {"type": "area", "radiance": _rgb(emission.take("radiance"), emission.where)}
@@ -223,7 +233,7 @@ def _light(light):
 def _transform(mi, steps, where):
     """The steps of a transform, each applied after those before it."""
     whole = mi.ScalarTransform4f()
-    for index, entry in enumerate(steps):
+    for index, entry in enumerate(steps if isinstance(steps, list) else [steps]):
         step = Table(entry, f"{where}.transform[{index}]")
         one = mi.ScalarTransform4f()
         if "translate" in step.values:

@@ -12,9 +12,9 @@ use etendue_accel::{AcceleratorKind, Isa};
 use etendue_scene::output::metric::Metric;
 use std::{path::PathBuf, str::FromStr};
 
-/// Physically based rendering on the CPU.
+/// Physically based Monte Carlo rendering on the CPU
 #[derive(Debug, Parser)]
-#[command(name = "etendue", version, about, before_help = EXAMPLES, subcommand_required = true)]
+#[command(name = "etendue", version, before_help = EXAMPLES, subcommand_required = true)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -23,11 +23,12 @@ pub struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
-  etendue render scenes/cornell-box.toml               writes cornell-box.png and cornell-box.exr here
-  etendue render scene.toml -o a.exr --spp 256         one file, more samples
-  etendue diff a.exr reference.exr -o heat.png         how far a is from the reference
+  etendue render scenes/cornell-box.toml          writes cornell-box.png and .exr here
+  etendue render scene.toml -o a.exr --spp 256    one file, more samples
+  etendue diff a.exr reference.exr -o heat.png    how far a is from the reference
 
-Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write, 5 misses the mark, 130 interrupted";
+Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write,
+5 misses the mark, 130 interrupted";
 
 /// The subcommands.
 #[derive(Debug, Subcommand)]
@@ -43,16 +44,17 @@ Examples:
   etendue render scenes/cornell-box.toml
   etendue render scene.toml -o quick.png --size 320x240 --spp 16
   etendue render scene.toml -o out.exr --aov albedo,normal,depth --spp 1024 --seed 7
-  etendue render scene.toml -o detail.exr --crop 100,50,200,150
+  etendue render scene.toml -o detail.exr --size 1920x1080 --crop 960,500,1060,600
   etendue render scene.toml --json --quiet | jq .film_hash
 
-Options given here replace what the scene file says. The picture depends on the scene, --spp, --size,
---seed, --depth, --sampler, --integrator and --filter; never on --threads, --accel, --tile, --wave or --isa.
-Ctrl-C stops after the tiles in work and writes what there is; a second one stops at once.";
+Options given here replace what the scene file says. The picture depends on the scene, --spp,
+--size, --seed, --depth, --sampler, --integrator and --filter; never on --threads, --accel,
+--tile, --wave or --isa. While it renders, the files are refreshed every few seconds. Ctrl-C
+stops after the tiles in work and writes what there is; a second one stops at once.";
 
 /// Arguments of `etendue render`.
 #[derive(Debug, Args)]
-#[command(before_help = RENDER_EXAMPLES)]
+#[command(before_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
     /// Scene file (.toml)
     pub input: PathBuf,
@@ -102,7 +104,7 @@ pub struct RenderArgs {
     pub crop: Option<[u32; 4]>,
 
     /// Brighten 8 bit pictures by this many stops
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_exposure)]
+    #[arg(long, value_name = "STOPS", value_parser = parse_exposure)]
     pub exposure: Option<f32>,
 
     /// Tone curve of 8 bit pictures
@@ -144,13 +146,14 @@ Examples:
   etendue diff a.exr reference.exr --metric mae -o heat.png
   etendue diff a.exr reference.exr --fail-above 1e-3 --json
 
-relmse is the mean over pixels and channels of (a-b)^2 / (b^2 + 0.01), mse of (a-b)^2, mae of |a-b|; b is the
-reference. Colour is compared where both have it, otherwise the channels of floats that both have. PNG files are
-decoded to linear values first. Pixels that are not finite in either are counted, and left out of the mean.";
+relmse is the mean over pixels and channels of (a-b)^2 / (b^2 + 0.01), mse of (a-b)^2, mae of
+|a-b|; b is the reference. Colour is compared where both have it, otherwise the channels of
+floats that both have. PNG files are decoded to linear values first. Pixels that are not finite
+in either are counted, and left out of the mean.";
 
 /// Arguments of `etendue diff`.
 #[derive(Debug, Args)]
-#[command(before_help = DIFF_EXAMPLES)]
+#[command(before_help = DIFF_EXAMPLES, allow_negative_numbers = true)]
 pub struct DiffArgs {
     /// Picture (.png, .exr, .pfm)
     pub a: PathBuf,
@@ -176,7 +179,10 @@ pub struct DiffArgs {
 }
 
 /// One of a closed set by its name.
-fn names<T: Copy + Send + Sync + 'static>(all: &'static [T], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T> {
+fn names<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
     clap::builder::PossibleValuesParser::new(all.iter().map(|&v| name(v))).try_map(move |given| {
         all.iter().copied().find(|&v| name(v) == given).ok_or_else(|| format!("`{given}` is not known"))
     })

@@ -110,4 +110,3 @@ impl<'a> Outcome<'a> {
         text
     }
 }
-

@@ -113,9 +113,8 @@ mod tests {
 
     #[test]
     fn plans_are_checked() {
-        let plan = |names: &[&str]| {
-            Outputs::plan(&names.iter().map(PathBuf::from).collect::<Vec<_>>(), Path::new("a.toml"))
-        };
+        let plan =
+            |names: &[&str]| Outputs::plan(&names.iter().map(PathBuf::from).collect::<Vec<_>>(), Path::new("a.toml"));
         assert_eq!(plan(&["a.png", "a.png"]).unwrap().names(), ["a.png"]);
         assert_eq!(plan(&["a.png", "a.gif"]).unwrap_err().exit, Exit::Usage);
         assert_eq!(plan(&["/no/such/folder/a.png"]).unwrap_err().exit, Exit::CannotWrite);

@@ -42,7 +42,11 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         report::warning("layers are asked for, but only .exr files hold them");
     }
 
-    let film = Film::new(&job.film).map_err(|e| Failure::new(Exit::BadInput, e))?;
+    let film = Film::new(&job.film).map_err(|e| {
+        // Whoever gave the size or the crop is told so.
+        let from_arguments = args.size.is_some() || args.crop.is_some();
+        Failure::new(if from_arguments { Exit::Usage } else { Exit::BadInput }, e)
+    })?;
     let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, quiet: args.quiet };
     signals.start_rendering();
     let clock = Instant::now();

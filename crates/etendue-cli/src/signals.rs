@@ -18,8 +18,8 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Watches SIGINT, SIGTERM and SIGHUP from now on. If one of them was ignored when the program started (`nohup`, jobs in
-    /// the background of a script), all keep the meaning they had.
+    /// Watches SIGINT, SIGTERM and SIGHUP from now on; under `nohup` they keep the meaning they had, so that a render outlives
+    /// its terminal. Without a handler a signal ends the program at once, and what was refreshed last stays.
     pub fn install(control: Arc<RenderControl>) -> Self {
         let signals = Self::default();
         let Self { received, rendering } = signals.clone();
@@ -32,8 +32,9 @@ impl Signals {
                 process::exit(Exit::Interrupted as i32);
             }
         };
-        // Without a handler a signal ends the program at once, and what was refreshed last stays.
-        let _ = ctrlc::try_set_handler(handler);
+        if !hangup_is_ignored() {
+            let _ = ctrlc::set_handler(handler);
+        }
         signals
     }
 
@@ -46,4 +47,14 @@ impl Signals {
     pub fn interrupted(&self) -> bool {
         self.received.load(Ordering::SeqCst) > 0
     }
+}
+
+/// Whether the program was started with SIGHUP ignored, where the system tells (Linux).
+fn hangup_is_ignored() -> bool {
+    const SIGHUP: u64 = 1;
+    let ignored = std::fs::read_to_string("/proc/self/status").ok().and_then(|status| {
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+        u64::from_str_radix(mask.trim(), 16).ok()
+    });
+    ignored.is_some_and(|mask| mask & SIGHUP != 0)
 }

@@ -7,13 +7,18 @@ use crate::{
     Diagnostic, Diagnostics, Limits, SourceMap,
     description::{Located, ObjectRecord, SceneDescription, ShapeRecord, Step},
     geometry,
-    pending::{AcceleratorKind, FilmSettings, Filter, Integrator, ToneCurve, camera::CameraSettings},
 };
 use etendue::{
+    camera::CameraSettings,
+    film::FilmSettings,
+    integrator::Integrator,
     math::DAffine3,
-    sampling::Sampler,
+    sampling::{Filter, Sampler},
     scene::{Object, SceneParts, Shape},
+    tonemap::ToneCurve,
 };
+use etendue_accel::AcceleratorKind;
+pub(crate) use meshes::unknown_ending;
 use meshes::{Loader, MeshRef};
 use sha2::{Digest, Sha256};
 use std::{collections::BTreeMap, path::PathBuf};

@@ -1,17 +1,18 @@
 //! A scene as it was written down: plain named records, each with its origin. Nothing is built and no file but the scene
 //! file has been read.
 
-use crate::{
-    Origin,
-    pending::{AcceleratorKind, Aov, Filter, Integrator, ToneCurve},
-};
+use crate::Origin;
 use etendue::{
+    film::Aov,
+    integrator::Integrator,
     material::Material,
     math::DVec3,
-    sampling::Sampler,
+    sampling::{Filter, Sampler},
     scene::{Mesh, PointLight},
     spectrum::Spectrum,
+    tonemap::ToneCurve,
 };
+use etendue_accel::AcceleratorKind;
 use std::path::PathBuf;
 
 /// A value and where it was written.

@@ -2,6 +2,7 @@
 
 use crate::{
     description::Step,
+    positions::localise,
     read::{rotation, sin_cos_degrees},
 };
 use etendue::{
@@ -9,29 +10,10 @@ use etendue::{
     scene::Mesh,
 };
 
-/// Splits positions into an origin and `f32` offsets. The origin is zero unless the mesh lies so far from its own zero,
-/// compared with its size, that `f32` would lose detail.
-pub fn split_origin(positions: &[[f64; 3]]) -> (DVec3, Vec<[f32; 3]>) {
-    let points = || positions.iter().map(|p| DVec3::from_array(*p));
-    let (min, max) = points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)));
-    let (center, extent) = ((min + max) * 0.5, max - min);
-    const FAR: f64 = 16.0;
-    let is_far = !positions.is_empty() && center.abs().max_element() > FAR * extent.max_element();
-    let origin = if is_far { center } else { DVec3::ZERO };
-    (origin, points().map(|p| (p - origin).as_vec3().to_array()).collect())
-}
-
 /// A mesh of `positions` and `faces`, flat.
 fn mesh(positions: &[[f64; 3]], faces: Vec<[u32; 3]>, uvs: Vec<[f32; 2]>) -> Mesh {
-    let (origin, positions) = split_origin(positions);
-    Mesh {
-        origin,
-        positions: positions.into(),
-        indices: faces.into(),
-        normals: None,
-        uvs: Some(uvs.into()),
-        face_materials: None,
-    }
+    let (origin, positions) = localise(positions.iter().map(|p| DVec3::from_array(*p)));
+    Mesh { origin, positions, indices: faces.into(), normals: None, uvs: Some(uvs.into()), face_materials: None }
 }
 
 /// An axis-aligned box: twelve triangles with outward normals, texture coordinates (0, 0) to (1, 1) on every side.
@@ -182,19 +164,6 @@ mod tests {
         assert!((lowest_of_mesh(&mesh, &m) - (m.translation - reach)).abs().max_element() < 1e-12);
         let flat = lowest_of_rectangle(-DVec3::X - DVec3::Y, DVec3::X * 2.0, DVec3::Y * 2.0, &m);
         assert!((flat - (m.translation - (x.abs() * 2.0 + y.abs() * 0.5))).abs().max_element() < 1e-12);
-    }
-
-    #[test]
-    fn far_meshes_keep_their_detail() {
-        let far = [[10_000.000_1, 0.0, 0.0], [10_000.000_3, 1.0, 0.0], [10_001.0, 0.0, 0.5]];
-        let (origin, offsets) = split_origin(&far);
-        assert!(origin.x > 9999.0);
-        for (p, o) in far.iter().zip(&offsets) {
-            let back = origin + DVec3::from_array(o.map(f64::from));
-            assert!((back - DVec3::from_array(*p)).abs().max_element() < 1e-7);
-        }
-        assert_eq!(split_origin(&[[1.0, 2.0, 3.0], [2.0, 2.0, 3.0]]).0, DVec3::ZERO);
-        assert_eq!(split_origin(&[]).0, DVec3::ZERO);
     }
 
     #[test]

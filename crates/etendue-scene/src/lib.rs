@@ -12,7 +12,6 @@ pub mod mesh_file;
 pub mod mtl;
 pub mod obj;
 pub mod output;
-mod pending;
 pub mod ply;
 mod polygon;
 mod positions;

@@ -151,11 +151,11 @@ fn choices_and_colours() {
          [materials.m]\ntype = \"rough-metal\"\nmetal = \"glod\"\ntint = \"#12345\"\n",
         &[
             "s.toml:3:10: error: `filter` has no `gausian` (expected one of `gaussian`, `box`); did you mean `gaussian`?",
-            "s.toml:4:11: error: `tonemap` must be one of `srgb`, `reinhard` (this is a table)",
+            "s.toml:4:11: error: `tonemap` must be one of `srgb`, `reinhard`, `aces` (this is a table)",
             "s.toml:5:18: error: `aovs` has no `depht` (expected one of `albedo`, `normal`, `depth`, `ids`, `variance`); did you mean `depth`?",
             "s.toml:5:27: error: layer `depth` is named twice (keep one of them)",
             "s.toml:7:8: error: `type` has no `kdtre` (expected one of `bvh`, `kdtree`, `brute`); did you mean `kdtree`?",
-            "s.toml:10:9: error: no metal is called `glod` (expected one of `gold`); did you mean `gold`?",
+            "s.toml:10:9: error: no metal is called `glod` (expected one of `silver`, `gold`, `copper`, `aluminium`, `iron`, `chromium`, `titanium`, `nickel`, `cobalt`, `palladium`); did you mean `gold`?",
             "s.toml:11:8: error: `tint` is not a colour: `#12345` (expected `#rrggbb`, a number or [r, g, b])",
         ],
     );
@@ -173,7 +173,7 @@ fn what_cannot_be() {
             "s.toml:1:1: error: `up` is parallel to the view direction (give an `up` across the view)",
             "s.toml:4:1: error: `look_at` and `direction` exclude each other; keep one of them",
             "s.toml:6:8: error: `crop` is empty or leaves the picture (the picture is 512 x 512)",
-            "s.toml:10:17: error: a surface that gives back more light than it gets (reflectance + transmittance > 1)",
+            "s.toml:9:1: error: material `m`: `reflectance + transmittance` sum to 1.1 in one channel, which is more light than arrives",
             "s.toml:14:1: error: `metal` and `eta` exclude each other; keep one of them",
             "s.toml:15:1: error: `metal` and `k` exclude each other; keep one of them",
             "s.toml:19:7: error: `max` must be above `min` on every axis (not above `min`)",

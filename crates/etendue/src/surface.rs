@@ -52,8 +52,9 @@ pub(crate) fn surface_point(placement: &Placement, ray: &Ray, hit: &Hit) -> Surf
             let direction = Vec3::from(ray.direction);
             let on_ray = match &placement.transform {
                 None => origin + direction * hit.t,
-                Some(t) => Vec3::from(t.point_to_object(ray.origin))
-                    + Vec3::from(t.vector_to_object(ray.direction)) * hit.t,
+                Some(t) => {
+                    Vec3::from(t.point_to_object(ray.origin)) + Vec3::from(t.vector_to_object(ray.direction)) * hit.t
+                }
             };
             sphere_point(*center, *radius, on_ray)
         }

@@ -31,7 +31,7 @@ fn lamp_in_a_room() -> Scene {
 }
 
 fn covered() -> f64 {
-    (LAMP / ROOM).powi(2)
+    (LAMP / ROOM) * (LAMP / ROOM)
 }
 
 fn exact_wall() -> f64 {
@@ -99,9 +99,8 @@ fn paper_estimate(scene: &Scene, seed: u64, samples: u32, factor: f32) -> f64 {
 #[test]
 fn the_papers_printed_factor_fails_the_furnace_and_its_unbiased_form_passes() {
     let scene = lamp_in_a_room();
-    let estimate = |factor: f32| -> Moments {
-        (0..32).map(|seed| paper_estimate(&scene, seed, 4096, factor)).collect()
-    };
+    let estimate =
+        |factor: f32| -> Moments { (0..32).map(|seed| paper_estimate(&scene, seed, 4096, factor)).collect() };
     let unbiased = estimate(1.0);
     assert_mean("zero where the lamp is hit", &unbiased, exact_wall(), 0.003);
     let printed = estimate(1.0 / (1.0 - covered() as f32));

@@ -32,7 +32,11 @@ fn parts() -> SceneParts {
     for (i, material) in [white, veil, light, glass].into_iter().enumerate() {
         let at = dvec3(0.8 * i as f64 - 0.6, 0.3 * i as f64 - 0.5, -0.5 * i as f64);
         let scale = DVec3::new(0.3, 0.4 + 0.05 * i as f64, 0.35);
-        parts.place(body, DAffine3::from_translation(at) * DAffine3::from_rotation_y(0.3) * DAffine3::from_scale(scale), material);
+        parts.place(
+            body,
+            DAffine3::from_translation(at) * DAffine3::from_rotation_y(0.3) * DAffine3::from_scale(scale),
+            material,
+        );
     }
     parts.0.environment = Some(Spectrum([0.2, 0.3, 0.4]));
     parts.0

@@ -102,7 +102,11 @@ fn rough_glass() -> (Scene, CameraSettings) {
     let glow = parts.emitter([1.5, 1.2, 0.9], false);
     parts.sphere(dvec3(-1.0, -0.3, 0.2), 0.7, frosted);
     let body = parts.shape(ball(2));
-    parts.place(body, DAffine3::from_translation(dvec3(0.8, -0.4, 0.2)) * DAffine3::from_scale(DVec3::splat(0.6)), mixture);
+    parts.place(
+        body,
+        DAffine3::from_translation(dvec3(0.8, -0.4, 0.2)) * DAffine3::from_scale(DVec3::splat(0.6)),
+        mixture,
+    );
     let lamp = parts.shape(ball(1));
     parts.place(lamp, DAffine3::from_translation(dvec3(0.0, 1.4, 0.5)) * DAffine3::from_scale(DVec3::splat(0.8)), glow);
     parts.0.environment = Some(Spectrum::splat(0.3));
@@ -114,10 +118,8 @@ fn instances() -> (Scene, CameraSettings) {
     let mut parts = Parts::default();
     floor_and_wall(&mut parts);
     let glow = parts.emitter([2.0, 2.0, 1.6], false);
-    let leaf = parts.material(Scattering::Diffuse {
-        reflectance: tinted([0.3, 0.5, 0.2]),
-        transmittance: tinted([0.2, 0.4, 0.1]),
-    });
+    let leaf = parts
+        .material(Scattering::Diffuse { reflectance: tinted([0.3, 0.5, 0.2]), transmittance: tinted([0.2, 0.4, 0.1]) });
     let body = parts.shape(ball(1));
     for i in 0..6 {
         let turn = DQuat::from_rotation_z(0.7 * f64::from(i)) * DQuat::from_rotation_x(0.4 * f64::from(i));

@@ -3,7 +3,7 @@
 use crate::{
     Diagnostic, Diagnostics, Limits, Origin, SourceMap,
     description::{Located, MeshSource, SceneDescription},
-    pending::mesh_file::{self, MeshFile, MeshLimits},
+    mesh_file::{self, MeshFile, MeshFormat, MeshLimits},
 };
 use etendue::{
     material::Material,
@@ -21,6 +21,17 @@ pub struct MeshRef {
     pub shape: usize,
     /// Indices into `SceneParts::materials` of the file's own materials; empty if it has none.
     pub materials: Vec<usize>,
+}
+
+/// An error if a mesh file is of no kind that is read.
+pub fn unknown_ending(path: &Path, origin: &Origin) -> Option<Diagnostic> {
+    let error = || {
+        let endings = MeshFormat::ALL.map(|(_, ending)| format!(".{ending}")).join(", ");
+        Diagnostic::error(format!("cannot read {} as a mesh", path.display()))
+            .at(origin.clone())
+            .help(format!("meshes are read from files that end in {endings}, also with .gz"))
+    };
+    MeshFormat::of_path(path).is_none().then(error)
 }
 
 /// Loads meshes and collects findings.
@@ -85,6 +96,10 @@ impl<'a> Loader<'a> {
     }
 
     fn load(&mut self, path: &Path, origin: &Origin, parts: &mut SceneParts) -> Option<MeshRef> {
+        if let Some(error) = unknown_ending(path, origin) {
+            self.findings.push(error);
+            return None;
+        }
         let limits = MeshLimits { file: self.limits.file_bytes, library: self.limits.library_bytes };
         let file = match self.sources.read(path, limits.file) {
             Ok(file) => file,
@@ -124,5 +139,13 @@ impl<'a> Loader<'a> {
     }
 
     /// Reports a material that the renderer would refuse.
-    pub fn validate(&mut self, _material: &Material, _origin: Option<&Origin>) {}
+    pub fn validate(&mut self, material: &Material, origin: Option<&Origin>) {
+        if let Err(error) = material.validate() {
+            let error = Diagnostic::error(error.to_string());
+            self.findings.push(match origin {
+                Some(origin) => error.at(origin.clone()),
+                None => error,
+            });
+        }
+    }
 }

@@ -1,9 +1,7 @@
 //! The camera as the renderer takes it.
 
-use crate::{
-    description::{CameraRecord, FovAxis, Lens, View},
-    pending::camera::{self, CameraSettings, Projection},
-};
+use crate::description::{CameraRecord, FovAxis, Lens, View};
+use etendue::camera::{self, CameraSettings, Projection};
 
 /// Degrees to radians, sides of the picture to axes, the point looked at to a direction and a distance.
 pub fn camera(record: &CameraRecord, [width, height]: [u32; 2]) -> CameraSettings {

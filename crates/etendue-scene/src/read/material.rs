@@ -5,8 +5,9 @@ use super::{
     keys,
     values::Bounds,
 };
-use crate::{diagnostic::Diagnostic, pending::metals, value::Data};
+use crate::{diagnostic::Diagnostic, value::Data};
 use etendue::{
+    bsdf::metals,
     material::{Emission, Material, Scattering},
     spectrum::Spectrum,
 };
@@ -58,6 +59,10 @@ pub fn material(item: Item, name: &str) -> Material {
     }
     material.emission = fields.read("emission", emission);
     material.opacity = fields.read("opacity", |i| i.number_f32(Bounds::UNIT)).unwrap_or(1.0);
+    if let Err(error) = material.validate() {
+        let origin = fields.key_origin(error.parameter()).unwrap_or(fields.origin);
+        item.cx.push(Diagnostic::error(error.to_string()).at(origin.clone()));
+    }
     fields.finish();
     material
 }
@@ -68,15 +73,7 @@ fn scattering(fields: &Fields, kind: Kind) -> Option<Scattering> {
     let alpha = |bounds: Bounds| fields.read("alpha", |i| i.number_f32(bounds)).unwrap_or(DEFAULT_ALPHA);
     Some(match kind {
         Kind::Diffuse => {
-            let (reflectance, transmittance) = (albedo("reflectance", 0.5), albedo("transmittance", 0.0));
-            if (reflectance + transmittance).max_component() > 1.0 + 1e-6 {
-                let item = fields.get("transmittance").or(fields.get("reflectance"))?;
-                item.error::<()>(
-                    "a surface that gives back more light than it gets",
-                    "reflectance + transmittance > 1",
-                );
-            }
-            Scattering::Diffuse { reflectance, transmittance }
+            Scattering::Diffuse { reflectance: albedo("reflectance", 0.5), transmittance: albedo("transmittance", 0.0) }
         }
         Kind::Mirror => Scattering::Mirror { reflectance: albedo("reflectance", 1.0) },
         Kind::Glass => Scattering::Glass {

@@ -8,6 +8,7 @@ use super::{
 use crate::{
     Diagnostic,
     description::{Located, MeshSource, ObjectRecord, ShapeRecord, Step},
+    positions::localise,
     value::Data,
 };
 use etendue::{math::DVec3, scene::Mesh};
@@ -75,7 +76,7 @@ fn inline_mesh(fields: &Fields) -> Option<Mesh> {
     let normals: Option<Vec<[f64; 3]>> =
         fields.read("normals", |i| per_vertex(i, rows(i, Bounds::within(-1e3, 1e3))?, count));
     let uvs: Option<Vec<[f64; 2]>> = fields.read("uvs", |i| per_vertex(i, rows(i, Bounds::within(-1e6, 1e6))?, count));
-    let (origin, positions) = crate::geometry::split_origin(&positions?);
+    let (origin, positions) = localise(positions?.iter().map(|p| DVec3::from_array(*p)));
     let unit = |n: [f64; 3]| DVec3::from_array(n).normalize_or_zero().as_vec3().to_array();
     let normals: Option<Arc<[_]>> = normals.map(|n| n.into_iter().map(unit).collect());
     if let Some(at) = normals.as_ref().and_then(|n| n.iter().position(|n| *n == [0.0; 3])) {
@@ -83,7 +84,7 @@ fn inline_mesh(fields: &Fields) -> Option<Mesh> {
     }
     Some(Mesh {
         origin,
-        positions: positions.into(),
+        positions,
         indices: indices?.into(),
         normals,
         uvs: uvs.map(|uvs| uvs.into_iter().map(|uv| uv.map(|c| c as f32)).collect()),

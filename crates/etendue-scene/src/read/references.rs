@@ -55,6 +55,10 @@ pub fn check_files(description: &SceneDescription) -> Diagnostics {
     let mut seen = BTreeMap::new();
     let mut diagnostics = Diagnostics::new();
     for file in of_meshes.chain(of_objects) {
+        if let Some(error) = crate::build::unknown_ending(&file.value, &file.origin) {
+            diagnostics.push(error);
+            continue;
+        }
         let found = *seen.entry(&file.value).or_insert_with(|| description.folder.join(&file.value).exists());
         if !found && !diagnostics.is_full(Severity::Error) {
             diagnostics.push(missing_file(&description.folder.join(&file.value), file));

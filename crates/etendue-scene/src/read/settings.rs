@@ -8,15 +8,21 @@ use super::{
 use crate::{
     Origin,
     description::{CameraRecord, FilmRecord, FovAxis, IntegratorRecord, Lens, Located, SamplerRecord, View},
-    pending::{AcceleratorKind, Aov, Filter, Integrator, KdTreeSplit, ToneCurve},
     value::Data,
 };
-use etendue::{math::DVec3, sampling::Sampler, spectrum::Spectrum};
+use etendue::{
+    film::Aov,
+    integrator::Integrator,
+    math::DVec3,
+    render::MAX_SPP,
+    sampling::{Filter, Sampler},
+    spectrum::Spectrum,
+    tonemap::ToneCurve,
+};
+use etendue_accel::{AcceleratorKind, KdTreeSplit};
 
 /// Longest side of a picture, pixels.
 pub const MAX_SIDE: u32 = 1 << 16;
-/// Most samples per pixel.
-pub const MAX_SPP: u32 = 1 << 24;
 /// Longest depth limit.
 pub const MAX_DEPTH: u32 = 1 << 20;
 const DEFAULT_FOV: f64 = 40.0;
@@ -102,9 +108,9 @@ pub fn film(file: &Fields) -> FilmRecord {
     let mut film = FilmRecord {
         size: [512, 512],
         crop: None,
-        filter: Filter::Gaussian { sigma: 0.5, radius: 1.5 },
+        filter: Filter::default(),
         exposure: 0.0,
-        tonemap: ToneCurve::None,
+        tonemap: ToneCurve::default(),
         aovs: Vec::new(),
     };
     let Some(fields) = section(file, "film", &keys::FILM) else { return film };
@@ -169,7 +175,7 @@ fn aovs(item: Item) -> Option<Vec<Aov>> {
 pub fn sampler(file: &Fields) -> SamplerRecord {
     let mut record = SamplerRecord { sampler: Sampler::Sobol, spp: 64, seed: 0 };
     let Some(mut fields) = section(file, "sampler", &keys::SAMPLER) else { return record };
-    let kinds = [("sobol", Sampler::Sobol), ("independent", Sampler::Independent)];
+    let kinds = Sampler::ALL.map(|s| (s.name(), s));
     record.sampler = fields.variant("type", &kinds, Some("sobol")).unwrap_or(record.sampler);
     record.spp = fields.read("spp", |i| i.integer_u32(1, MAX_SPP)).unwrap_or(record.spp);
     record.seed = fields.read("seed", |i| i.integer(0, i64::MAX)).map_or(record.seed, |s| s as u64);

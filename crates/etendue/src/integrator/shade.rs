@@ -29,8 +29,9 @@ pub(super) enum Strategy {
 
 /// Edges that a path has before roulette may end it.
 const ROULETTE_FROM: u32 = 4;
-/// Paths survive with at most this probability, so that none is endless.
-const MAX_SURVIVAL: f32 = 0.98;
+/// Paths survive with at most this probability, so that none is endless in a room that loses nothing. Variance stays finite
+/// while the albedo's square is below it.
+const MAX_SURVIVAL: f32 = 0.999;
 
 /// Weight of a sample with density `own` where another strategy has density `other`, both in the same measure.
 #[inline]
@@ -55,13 +56,7 @@ fn found_weight(strategy: Strategy, density: Density, light_density: impl FnOnce
 
 /// Takes path `path` through the vertex that its ray has reached.
 #[inline]
-pub(super) fn shade(
-    context: &Context,
-    strategy: Strategy,
-    paths: &mut Paths,
-    path: usize,
-    shadows: &mut ShadowQueue,
-) {
+pub(super) fn shade(context: &Context, strategy: Strategy, paths: &mut Paths, path: usize, shadows: &mut ShadowQueue) {
     let hit = paths.hits[path];
     let ray = paths.rays[path];
     if !hit.is_hit() {
@@ -138,8 +133,7 @@ fn first_hit(context: &Context, vertex: &Vertex) -> FirstHit {
 fn add_environment(context: &Context, strategy: Strategy, paths: &mut Paths, path: usize, direction: Vec3) {
     let Some(radiance) = context.scene.environment() else { return };
     let Previous { context: from, density } = &paths.previous[path];
-    let weight =
-        found_weight(strategy, *density, || context.scene.lights().pdf_environment(from, direction));
+    let weight = found_weight(strategy, *density, || context.scene.lights().pdf_environment(from, direction));
     paths.radiance[path] += paths.throughput[path] * radiance * weight;
 }
 
@@ -157,9 +151,7 @@ fn passes_through(
     }
     let opacity = context.scene.opacity(hit);
     let progress = &mut paths.progress[path];
-    if opacity >= 1.0
-        || context.sampler.one_d(paths.samples[path].key, progress.vertex, Slot::Opacity) < opacity
-    {
+    if opacity >= 1.0 || context.sampler.one_d(paths.samples[path].key, progress.vertex, Slot::Opacity) < opacity {
         return false;
     }
     progress.vertex += 1;

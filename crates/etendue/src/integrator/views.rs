@@ -9,13 +9,7 @@ use crate::{
 };
 
 /// Ends path `path` at the surface that its ray has reached.
-pub(super) fn shade(
-    context: &Context,
-    view: Integrator,
-    paths: &mut Paths,
-    path: usize,
-    shadows: &mut ShadowQueue,
-) {
+pub(super) fn shade(context: &Context, view: Integrator, paths: &mut Paths, path: usize, shadows: &mut ShadowQueue) {
     paths.progress[path].alive = false;
     let hit = paths.hits[path];
     if !hit.is_hit() {

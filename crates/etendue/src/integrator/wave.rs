@@ -73,8 +73,7 @@ impl Wave {
         for (pixel, index) in samples.take(self.capacity - before) {
             let key = context.sampler.key(context.seed, pixel, index);
             let offset = context.filter.sample(context.sampler.two_d(key, 0, Slot::Pixel));
-            let lens =
-                if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
+            let lens = if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
             let [x, y] = pixel.map(|c| c as f32 + 0.5);
             let camera_ray = context.camera.ray(x + offset.x, y + offset.y, lens);
             let ray = Ray {

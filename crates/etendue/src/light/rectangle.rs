@@ -127,7 +127,7 @@ struct SphericalRectangle {
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
-    /// Cosine and sine of phi at x0.
+    /// Cosine and sine of phi at x0, times any length.
     phi0: [f64; 2],
     /// Steradians, in [0, 2 pi].
     solid_angle: f64,
@@ -144,11 +144,8 @@ impl SphericalRectangle {
         let z_axis = x_axis.cross(y_axis);
         let (x0, y0, z) = (corner.dot(x_axis), corner.dot(y_axis), corner.dot(z_axis));
         let (x1, y1) = (x0 + width, y0 + height);
-        let corner_angle = |x: f64, y: f64| {
-            let (re, im) = (z.abs() * (x * x + y * y + z * z).sqrt(), x * y);
-            let length = (re * re + im * im).sqrt();
-            [re / length, im / length]
-        };
+        // Numbers whose angle counts, of any length; where a product leaves the range of f64, the angle is no number or 0.
+        let corner_angle = |x: f64, y: f64| [z.abs() * (x * x + y * y + z * z).sqrt(), x * y];
         let phi0 = divide(corner_angle(x0, y1), corner_angle(x0, y0));
         let phi1 = divide(corner_angle(x1, y1), corner_angle(x1, y0));
         let [re, im] = divide(phi1, phi0);
@@ -162,7 +159,8 @@ impl SphericalRectangle {
     fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
         let ([x0, x1], [y0, y1], z) = (self.x, self.y, self.z);
         let (step_sin, step_cos) = libm::sincos(u * self.solid_angle);
-        let [cos0, sin0] = self.phi0;
+        let scale = 1.0 / (self.phi0[0] * self.phi0[0] + self.phi0[1] * self.phi0[1]).sqrt();
+        let [cos0, sin0] = self.phi0.map(|p| p * scale);
         let cos = cos0 * step_cos - sin0 * step_sin;
         let sin = sin0 * step_cos + cos0 * step_sin;
         let cosine_to = |y: f64| {
@@ -183,7 +181,7 @@ impl SphericalRectangle {
     }
 }
 
-/// Quotient of two complex numbers of length 1: the difference of their angles.
+/// A complex number whose angle is the difference of two numbers' angles.
 #[inline]
 fn divide([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c + b * d, b * c - a * d]

@@ -5,6 +5,7 @@
 //! added later, a crop equals the crop of the whole, and one sample can be traced again alone. Samples with an even and
 //! with an odd index are two halves with independent scrambling, from whose difference the error is known.
 
+mod distribution;
 mod filter;
 mod hash;
 mod independent;
@@ -15,6 +16,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::film::UnknownName;
+pub use distribution::{Choice, Distribution1D, DistributionError};
 pub use filter::{Filter, FilterSampler};
 use hash::{GOLDEN, mix, to_unit};
 use independent::Independent;

@@ -88,27 +88,29 @@ mod tests {
         }
     }
 
-    /// The flip of a bit depends on the bits before it and on the seed as a fair coin would: against any one of them,
-    /// and against the flip of the sibling node.
+    /// Over the seeds, the flip of a bit is a fair coin at each node of the tree, and independent of the flip at any node
+    /// whose path differs in one digit.
     #[test]
     fn flips_are_fair() {
         let trials = 1 << 14;
-        for bit in 1..24u32 {
-            let mut same = vec![0u32; bit as usize];
-            let mut ones = 0;
-            for i in 0..trials {
-                let h = mix(i ^ u64::from(bit) << 32);
-                let (a, seed) = ((h >> 32) as u32, h as u32);
-                let flip = |x: u32| (scramble_reversed(x, seed) ^ x) >> bit & 1;
-                ones += flip(a);
-                for (other, same) in same.iter_mut().enumerate() {
-                    *same += u32::from(flip(a) == flip(a ^ 1 << other));
+        let sigma = |count: u32| (f64::from(count) - 0.5 * trials as f64) / (0.25 * trials as f64).sqrt();
+        for node in 0..24 {
+            let a = if node < 8 { node } else { mix(u64::from(node)) as u32 };
+            for bit in 1..24u32 {
+                let mut same = vec![0u32; bit as usize];
+                let mut ones = 0;
+                for i in 0..trials {
+                    let seed = mix(i ^ u64::from(bit) << 32 ^ u64::from(node) << 40) as u32;
+                    let flip = |x: u32| (scramble_reversed(x, seed) ^ x) >> bit & 1;
+                    ones += flip(a);
+                    for (other, same) in same.iter_mut().enumerate() {
+                        *same += u32::from(flip(a) == flip(a ^ 1 << other));
+                    }
                 }
-            }
-            let sigma = |count: u32| (f64::from(count) - 0.5 * trials as f64) / (0.25 * trials as f64).sqrt();
-            assert!(sigma(ones).abs() < 4.5, "bit {bit}: {}", sigma(ones));
-            for (other, &same) in same.iter().enumerate() {
-                assert!(sigma(same).abs() < 4.5, "bit {bit} after {other}: {}", sigma(same));
+                assert!(sigma(ones).abs() < 5.0, "node {a:x} bit {bit}: {}", sigma(ones));
+                for (other, &same) in same.iter().enumerate() {
+                    assert!(sigma(same).abs() < 5.0, "node {a:x} bit {bit} after {other}: {}", sigma(same));
+                }
             }
         }
     }

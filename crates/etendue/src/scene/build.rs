@@ -4,7 +4,8 @@
 use super::{FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape};
 use crate::{
     light::{
-        ConstantEnvironment, Light, LightTable, LightTableError, PointLightSource, RectangleLight, SphereLight, TriangleLight,
+        ConstantEnvironment, Light, LightTable, LightTableError, PointLightSource, RectangleLight, SphereLight,
+        TriangleLight,
     },
     material::{Emission, Material},
     math::{DAffine3, DMat3, DVec3, Vec3},
@@ -76,8 +77,13 @@ impl Scene {
         for object in &parts.objects {
             uses[object.shape] += 1;
         }
-        let mut builder =
-            Builder { parts: &parts, center, uses, shared: vec![None; parts.shapes.len()], ..Builder::default_for(&parts) };
+        let mut builder = Builder {
+            parts: &parts,
+            center,
+            uses,
+            shared: vec![None; parts.shapes.len()],
+            ..Builder::default_for(&parts)
+        };
         for index in 0..parts.objects.len() {
             builder.place(index)?;
         }
@@ -201,11 +207,8 @@ impl<'a> Builder<'a> {
             let spheres = Arc::new([Sphere { center: center.into(), radius }]);
             return Ok((self.add_geometry(Geometry::Spheres(spheres)), None, Primitives::Sphere { center, radius }));
         }
-        let unit = to_local * DAffine3::from_scale_rotation_translation(
-            DVec3::splat(radius),
-            glam::DQuat::IDENTITY,
-            center,
-        );
+        let unit =
+            to_local * DAffine3::from_scale_rotation_translation(DVec3::splat(radius), glam::DQuat::IDENTITY, center);
         let spheres = Arc::new([Sphere { center: [0.0; 3], radius: 1.0 }]);
         let geometry = self.add_geometry(Geometry::Spheres(spheres));
         let primitives = Primitives::Sphere { center: Vec3::ZERO, radius: 1.0 };
@@ -410,8 +413,7 @@ fn validate(parts: &SceneParts) -> Result<(), SceneError> {
 
 fn validate_object(parts: &SceneParts, object: &super::Object) -> Result<(), SceneError> {
     let reference = |what, index, count| SceneError::Reference { object: object.name.clone(), what, index, count };
-    let shape =
-        parts.shapes.get(object.shape).ok_or_else(|| reference("shape", object.shape, parts.shapes.len()))?;
+    let shape = parts.shapes.get(object.shape).ok_or_else(|| reference("shape", object.shape, parts.shapes.len()))?;
     if object.materials.is_empty() {
         return Err(reference("material", 0, 0));
     }

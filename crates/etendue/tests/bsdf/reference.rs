@@ -200,6 +200,53 @@ fn rough_glass_is_the_papers_formula() {
     }
 }
 
+/// Kd cos / pi + Ks D G2 / (4 z_o), and for the discrete lobes the shares that Ks (a mirror) and Tf (an interface) have.
+#[test]
+fn mtl_is_the_sum_of_its_lobes() {
+    let (kd, ks, tf) = ([0.3, 0.2, 0.1], [0.1, 0.3, 0.6], [0.2, 0.4, 0.1]);
+    let mtl = |alpha| {
+        bsdf(Scattering::Mtl {
+            diffuse: Spectrum(kd),
+            specular: Spectrum(ks),
+            alpha,
+            transmission: Spectrum(tf),
+            ior: 1.5,
+        })
+    };
+    let (glossy, polished) = (mtl(0.3), mtl(0.0));
+    let mut rng = Rng::new(18);
+    for _ in 0..4000 {
+        let wo = random_direction(&mut rng);
+        let mut wi = random_direction(&mut rng);
+        wi.z = wi.z.copysign(wo.z);
+        let up = |v: Vec3| f64s(Vec3::new(v.x, v.y, v.z.abs()));
+        let facets = reflection(f64::from(0.3f32), up(wo), up(wi), |_| 1.0);
+        for (bsdf, specular) in [(&glossy, facets), (&polished, 0.0)] {
+            let value = bsdf.eval(wo, wi).value;
+            for c in 0..3 {
+                let reference = f64::from(kd[c] * wi.z.abs()) / PI + f64::from(ks[c]) * specular;
+                assert!((f64::from(value[c]) - reference).abs() < 1e-3 * reference + 1e-6, "{value:?} {reference}");
+            }
+        }
+        let eta = if wo.z > 0.0 { 1.5 } else { 1.0 / 1.5 };
+        let reflected = dielectric(f64::from(wo.z.abs()), eta);
+        for (bsdf, mirror) in [(&glossy, 0.0), (&polished, 1.0)] {
+            let Some(sample) = draw(bsdf, wo, &mut rng) else { continue };
+            let Density::Discrete(probability) = sample.density else { continue };
+            for c in 0..3 {
+                let share = f64::from(sample.weight[c] * probability * sample.eta * sample.eta);
+                let interface = f64::from(tf[c]);
+                let reference = if sample.transmitted {
+                    interface * (1.0 - reflected)
+                } else {
+                    mirror * f64::from(ks[c]) + interface * reflected
+                };
+                assert!((share - reference).abs() < 1e-3, "{wo} {sample:?} {reference}");
+            }
+        }
+    }
+}
+
 /// The facets' projected area is that of the surface, and the visible ones' that seen from `wo`, also if anisotropic.
 #[test]
 fn facets_cover_the_surface() {

@@ -5,9 +5,9 @@ use etendue::{
     camera::{CameraSettings, FovAxis, Projection},
     film::{Film, FilmSettings},
     image::Image,
+    integrator::Integrator,
     material::{Emission, Material, Scattering},
     math::{DAffine3, DVec3, dvec3},
-    integrator::Integrator,
     render::{RenderControl, RenderSettings, render},
     sampling::{Filter, Sampler},
     scene::{AcceleratorSettings, Mesh, Object, Scene, SceneParts, Shape},
@@ -22,7 +22,12 @@ pub struct Parts(pub SceneParts);
 
 impl Parts {
     pub fn material(&mut self, scattering: Scattering) -> usize {
-        self.0.materials.push(Material { name: format!("m{}", self.0.materials.len()), scattering, emission: None, opacity: 1.0 });
+        self.0.materials.push(Material {
+            name: format!("m{}", self.0.materials.len()),
+            scattering,
+            emission: None,
+            opacity: 1.0,
+        });
         self.0.materials.len() - 1
     }
 
@@ -117,12 +122,8 @@ pub fn mesh(positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Shape {
 
 /// A pinhole camera with 40 degrees across the width.
 pub fn camera(position: DVec3, target: DVec3) -> CameraSettings {
-    let projection = Projection::Perspective {
-        fov: 40f64.to_radians(),
-        axis: FovAxis::X,
-        lens_radius: 0.0,
-        focus_distance: 1.0,
-    };
+    let projection =
+        Projection::Perspective { fov: 40f64.to_radians(), axis: FovAxis::X, lens_radius: 0.0, focus_distance: 1.0 };
     let direction = target - position;
     let up = if direction.normalize().y.abs() > 0.9 { dvec3(0.0, 0.0, 1.0) } else { dvec3(0.0, 1.0, 0.0) };
     CameraSettings { position, direction, up, projection }
@@ -152,7 +153,8 @@ pub fn means(
 ) -> Moments {
     (0..replicates)
         .map(|seed| {
-            let image = picture(scene, camera, size, &RenderSettings { seed: settings.seed + seed, ..settings.clone() });
+            let image =
+                picture(scene, camera, size, &RenderSettings { seed: settings.seed + seed, ..settings.clone() });
             let values = interleaved(&image);
             values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len() as f64
         })
@@ -178,6 +180,11 @@ pub fn statistics(integrator: Integrator, spp: u32) -> RenderSettings {
         filter: Filter::Box { radius: 0.5 },
         ..RenderSettings::default()
     }
+}
+
+/// True in a long proof (`cargo xtask prove`): tests take their full size.
+pub fn proving() -> bool {
+    std::env::var_os("ETENDUE_PROVE").is_some_and(|v| v == "1")
 }
 
 /// The integrators that solve the rendering equation.
