@@ -157,8 +157,8 @@ impl Libraries<'_> {
             return material.clone();
         }
         // With the only library missing that was said already; its materials need not be said one by one.
-        let no_materials = self.missing && self.materials.is_empty();
-        if !no_materials && !self.found.is_full(Severity::Warning) {
+        let said = self.missing && self.materials.is_empty();
+        if !said && !self.found.is_full(Severity::Warning) {
             let warning = Diagnostic::warning(format!("material `{}` is not defined", shown(name)));
             let warning = warning.at(place).label("a grey one is used");
             let names = self.materials.keys().map(String::as_str);
