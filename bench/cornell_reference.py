@@ -29,27 +29,35 @@ def arguments():
     parser.add_argument("--check", action="store_true", help="compare with the stored means instead of replacing them")
     parser.add_argument("--picture", type=pathlib.Path, help="also write the mean picture, as EXR or PNG")
     options = parser.parse_args()
-    if options.parts < 128:
-        parser.error("at least 128 parts: the noise of a half is judged by their spread")
+    if options.parts < 64:
+        parser.error("at least 64 parts: the noise of a half is judged by their spread")
     if options.seed is None:
         options.seed = 1_000_001 if options.check else 1
     return options
 
 
-def render(options, mi, np, tiles):
-    """Tile means of every part, and the mean picture."""
+def render(options, mi, np, tiles, kept):
+    """Tile means of every part, and the mean picture. What is done so far is kept in a file, so that a long run that
+    was interrupted goes on where it stopped."""
     renderer = rival.Renderer(mi, SCENE, SIZE, MAX_DEPTH)
-    parts, picture, seconds = [], np.zeros((SIZE[1], SIZE[0], 3)), 0.0
-    for part in range(options.parts):
+    parts, picture = [], np.zeros((SIZE[1], SIZE[0], 3))
+    if kept.exists():
+        with np.load(kept) as file:
+            parts, picture = list(file["parts"]), file["picture"]
+    done, seconds = len(parts), 0.0
+    for part in range(done, options.parts):
         image, took = renderer.render(options.spp, options.seed + part)
         if not np.isfinite(image).all():
             sys.exit(f"seed {options.seed + part}: a pixel is not finite")
         parts.append(tiles.means(image, GRID))
         picture += image / options.parts
         seconds += took
-        if sys.stderr.isatty():
-            print(f"\r{part + 1}/{options.parts}, {seconds:.0f} s", end="", file=sys.stderr, flush=True)
-    print(f"\r{options.parts} x {options.spp} spp in {seconds:.1f} s", file=sys.stderr)
+        if (part + 1) % 16 == 0 or part + 1 == options.parts:
+            new = kept.with_suffix(".new.npz")
+            np.savez(new, parts=parts, picture=picture)
+            new.replace(kept)
+            print(f"{part + 1}/{options.parts} parts, {seconds:.0f} s", file=sys.stderr, flush=True)
+    kept.unlink(missing_ok=True)
     return np.array(parts), picture
 
 
@@ -62,7 +70,9 @@ def main():
     import numpy as np
     import tiles
 
-    parts, picture = render(options, mi, np, tiles)
+    scene_digest = mitsuba_scene.digest(mitsuba_scene.read(SCENE))
+    name = f"cornell-{scene_digest[:12]}-{options.variant}-{options.spp}-{options.seed}-{options.parts}.npz"
+    parts, picture = render(options, mi, np, tiles, rival.BENCH_DIR / name)
     cache.cleanup()
     if options.picture:
         mi.util.write_bitmap(str(options.picture), picture.astype(np.float32))
@@ -77,7 +87,6 @@ def main():
     print("halves         " + "  ".join(f"{z:+.2f}" for z in halves) + f"  (noise within {NOISE_LIMIT})")
     agree = max(map(abs, halves)) < NOISE_LIMIT
 
-    scene_digest = mitsuba_scene.digest(mitsuba_scene.read(SCENE))
     if options.check:
         head, stored, stored_error = tiles.read(DATA)
         if head["scene_digest"] != scene_digest:
