@@ -117,7 +117,7 @@ fn parameters_and_weights_are_precise() {
         assert!(weights.iter().all(|&w| (-1e-7..=1.0).contains(&w)), "{hit:?}");
         let length = f64::from(dot(ray.direction, ray.direction)).sqrt();
         for axis in 0..3 {
-            let by_weights: f64 = (0..3).map(|i| weights[i] * corners[i][axis]).sum();
+            let by_weights: f64 = weights.iter().zip(&corners).map(|(weight, corner)| weight * corner[axis]).sum();
             let by_ray = f64::from(ray.origin[axis]) + f64::from(hit.t) * f64::from(ray.direction[axis]);
             assert!((by_weights - by_ray).abs() < 1e-5, "{by_weights} {by_ray} {hit:?} {ray:?}");
         }
