@@ -1,1 +1,55 @@
-fn main() {}
+//! The project's own chores: `cargo xtask --help`.
+
+#![forbid(unsafe_code)]
+
+mod hygiene;
+mod prove;
+mod test;
+
+use std::{
+    path::PathBuf,
+    process::{Command, ExitCode},
+};
+
+const HELP: &str = "\
+The project's own chores.
+
+  cargo xtask test          formatting, lints, every test, documentation, and rules on files; what CI runs.
+                            Stops at the first failure; the last line is `N passed, N failed`.
+  cargo xtask prove NAME    one statistical or adversarial test at full size, optimised; minutes, not seconds
+  cargo xtask prove         lists the names
+  cargo xtask prove all     all of them
+";
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    let ok = match args[..] {
+        ["test"] => test::run(),
+        ["prove"] => prove::list(),
+        ["prove", name] if !name.starts_with('-') => prove::run(name),
+        ["--help" | "-h" | "help"] => {
+            print!("{HELP}");
+            true
+        }
+        _ => {
+            eprint!("{HELP}");
+            return ExitCode::from(2);
+        }
+    };
+    if ok { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// The root of the workspace.
+fn root() -> PathBuf {
+    let mut folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    folder.pop();
+    folder
+}
+
+/// The cargo that runs this program, in the root of the workspace.
+fn cargo(args: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root()).args(args);
+    command
+}

@@ -116,9 +116,9 @@ fn parameters_and_weights_are_precise() {
         let weights = [1.0 - f64::from(hit.u) - f64::from(hit.v), f64::from(hit.u), f64::from(hit.v)];
         assert!(weights.iter().all(|&w| (-1e-7..=1.0).contains(&w)), "{hit:?}");
         let length = f64::from(dot(ray.direction, ray.direction)).sqrt();
-        for axis in 0..3 {
+        for (axis, (origin, direction)) in ray.origin.into_iter().zip(ray.direction).enumerate() {
             let by_weights: f64 = weights.iter().zip(&corners).map(|(weight, corner)| weight * corner[axis]).sum();
-            let by_ray = f64::from(ray.origin[axis]) + f64::from(hit.t) * f64::from(ray.direction[axis]);
+            let by_ray = f64::from(origin) + f64::from(hit.t) * f64::from(direction);
             assert!((by_weights - by_ray).abs() < 1e-5, "{by_weights} {by_ray} {hit:?} {ray:?}");
         }
         let expected = plane_parameter(&ray, corners);

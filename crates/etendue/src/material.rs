@@ -1,6 +1,10 @@
 //! What surfaces are made of.
 
-use crate::spectrum::Spectrum;
+use crate::{
+    bsdf::{Bsdf, Diffuse, Glass, Mirror, Mtl, RoughGlass, RoughMetal},
+    spectrum::Spectrum,
+};
+use std::ops::RangeInclusive;
 
 /// A surface's emission.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +47,7 @@ pub enum Scattering {
         eta: Spectrum,
         /// Imaginary part.
         k: Spectrum,
-        /// GGX alpha, in (0, 1].
+        /// GGX alpha, in [0, 1]; below [`ALPHA_MIN`](crate::bsdf::ggx::ALPHA_MIN) the metal is smooth.
         alpha: f32,
         /// Multiplies the reflection.
         tint: Spectrum,
@@ -52,7 +56,7 @@ pub enum Scattering {
     RoughGlass {
         /// Index of refraction inside over outside.
         ior: f32,
-        /// GGX alpha, in (0, 1].
+        /// GGX alpha, in [0, 1]; below [`ALPHA_MIN`](crate::bsdf::ggx::ALPHA_MIN) the glass is smooth.
         alpha: f32,
         /// Multiplies what is reflected.
         reflection_tint: Spectrum,
@@ -88,4 +92,165 @@ pub struct Material {
     pub emission: Option<Emission>,
     /// Fraction of the surface that is there, in [0, 1] (MTL `d`); the rest lets rays pass straight.
     pub opacity: f32,
+}
+
+/// Indices of refraction, relative or of a metal, must be in this range (of a metal, either `eta` or `k`).
+pub const INDEX_RANGE: RangeInclusive<f32> = 1e-3..=1e3;
+
+/// How far a sum of albedos may pass 1 by rounding.
+const ALBEDO_SLACK: f32 = 1e-5;
+
+/// Why a material cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MaterialError {
+    /// A number is NaN or outside its range.
+    #[error("material `{material}`: `{parameter}` is {value}, but must be in [{min}, {max}]")]
+    OutOfRange {
+        /// The material's name.
+        material: String,
+        /// The parameter, by the name of its field.
+        parameter: &'static str,
+        /// What it is (of a colour, the worst channel).
+        value: f32,
+        /// Least that it may be.
+        min: f32,
+        /// Most that it may be; infinite for any finite number.
+        max: f32,
+    },
+    /// Albedos that share the light sum to more than 1.
+    #[error("material `{material}`: `{parameters}` sum to {sum} in one channel, which is more light than arrives")]
+    CreatesEnergy {
+        /// The material's name.
+        material: String,
+        /// The parameters, by the names of their fields.
+        parameters: &'static str,
+        /// The largest sum over the channels.
+        sum: f32,
+    },
+}
+
+impl MaterialError {
+    /// The name of the field that is wrong; where several are, the first.
+    pub fn parameter(&self) -> &'static str {
+        match self {
+            Self::OutOfRange { parameter, .. } => parameter,
+            Self::CreatesEnergy { parameters, .. } => parameters.split(' ').next().unwrap_or(parameters),
+        }
+    }
+}
+
+/// Checks the parameters of one material.
+struct Check<'a> {
+    material: &'a str,
+}
+
+impl Check<'_> {
+    fn number(&self, parameter: &'static str, value: f32, range: RangeInclusive<f32>) -> Result<(), MaterialError> {
+        if range.contains(&value) && value.is_finite() {
+            return Ok(());
+        }
+        let (min, max) = range.into_inner();
+        Err(MaterialError::OutOfRange { material: self.material.to_owned(), parameter, value, min, max })
+    }
+
+    fn color(&self, parameter: &'static str, color: Spectrum, max: f32) -> Result<(), MaterialError> {
+        color.0.into_iter().try_for_each(|channel| self.number(parameter, channel, 0.0..=max))
+    }
+
+    /// Each number >= 0, their sum at most 1 in every channel.
+    fn albedos(&self, parameters: &'static str, sum: Spectrum) -> Result<(), MaterialError> {
+        let sum = sum.max_component();
+        if sum <= 1.0 + ALBEDO_SLACK {
+            return Ok(());
+        }
+        Err(MaterialError::CreatesEnergy { material: self.material.to_owned(), parameters, sum })
+    }
+}
+
+impl Material {
+    /// How a point of this material scatters. Meant for materials that passed [`validate`](Self::validate).
+    pub fn bsdf(&self) -> Bsdf {
+        match self.scattering {
+            Scattering::Diffuse { reflectance, transmittance } => {
+                Bsdf::Diffuse(Diffuse::new(reflectance, transmittance))
+            }
+            Scattering::Mirror { reflectance } => Bsdf::Mirror(Mirror::new(reflectance)),
+            Scattering::Glass { ior, reflection_tint, transmission_tint, thin } => {
+                Bsdf::Glass(Glass::new(ior, reflection_tint, transmission_tint, thin))
+            }
+            Scattering::RoughMetal { eta, k, alpha, tint } => {
+                Bsdf::RoughMetal(RoughMetal::new(eta, k, [alpha; 2], tint))
+            }
+            Scattering::RoughGlass { ior, alpha, reflection_tint, transmission_tint } => {
+                match RoughGlass::new(ior, [alpha; 2], reflection_tint, transmission_tint) {
+                    Ok(rough) => Bsdf::RoughGlass(rough),
+                    Err(smooth) => Bsdf::Glass(smooth),
+                }
+            }
+            Scattering::Mtl { diffuse, specular, alpha, transmission, ior } => {
+                Bsdf::Mtl(Mtl::new(diffuse, specular, alpha, transmission, ior))
+            }
+            Scattering::Black => Bsdf::Black,
+        }
+    }
+
+    /// Checks ranges and energy: the first parameter that is wrong, if any.
+    pub fn validate(&self) -> Result<(), MaterialError> {
+        let check = Check { material: &self.name };
+        match self.scattering {
+            Scattering::Diffuse { reflectance, transmittance } => {
+                check.color("reflectance", reflectance, 1.0)?;
+                check.color("transmittance", transmittance, 1.0)?;
+                check.albedos("reflectance + transmittance", reflectance + transmittance)?;
+            }
+            Scattering::Mirror { reflectance } => check.color("reflectance", reflectance, 1.0)?,
+            Scattering::Glass { ior, reflection_tint, transmission_tint, thin: _ } => {
+                check.number("ior", ior, INDEX_RANGE)?;
+                check.color("reflection_tint", reflection_tint, 1.0)?;
+                check.color("transmission_tint", transmission_tint, 1.0)?;
+            }
+            Scattering::RoughMetal { eta, k, alpha, tint } => {
+                check.color("eta", eta, *INDEX_RANGE.end())?;
+                check.color("k", k, *INDEX_RANGE.end())?;
+                for (eta, k) in eta.0.into_iter().zip(k.0) {
+                    check.number("eta", eta.max(k), INDEX_RANGE)?;
+                }
+                check.number("alpha", alpha, 0.0..=1.0)?;
+                check.color("tint", tint, 1.0)?;
+            }
+            Scattering::RoughGlass { ior, alpha, reflection_tint, transmission_tint } => {
+                check.number("ior", ior, INDEX_RANGE)?;
+                check.number("alpha", alpha, 0.0..=1.0)?;
+                check.color("reflection_tint", reflection_tint, 1.0)?;
+                check.color("transmission_tint", transmission_tint, 1.0)?;
+            }
+            Scattering::Mtl { diffuse, specular, alpha, transmission, ior } => {
+                check.color("diffuse", diffuse, 1.0)?;
+                check.color("specular", specular, 1.0)?;
+                check.number("alpha", alpha, 0.0..=1.0)?;
+                check.color("transmission", transmission, 1.0)?;
+                check.number("ior", ior, INDEX_RANGE)?;
+            }
+            Scattering::Black => {}
+        }
+        if let Some(emission) = self.emission {
+            check.color("radiance", emission.radiance, f32::INFINITY)?;
+        }
+        check.number("opacity", self.opacity, 0.0..=1.0)
+    }
+
+    /// What the albedo image shows: the share of light that is scattered at normal incidence.
+    pub fn albedo(&self) -> Spectrum {
+        self.bsdf().albedo()
+    }
+
+    /// True if the surface has only delta lobes, or none.
+    pub fn is_delta(&self) -> bool {
+        self.bsdf().is_delta()
+    }
+
+    /// True if lights on the other side of the surface count in light sampling.
+    pub fn transmits(&self) -> bool {
+        self.bsdf().transmits()
+    }
 }

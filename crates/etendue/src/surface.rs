@@ -1,1 +1,184 @@
-//! (stub)
+//! The full surface point, made once per hit after traversal.
+
+use crate::{
+    math::{Vec2, Vec3, acos, atan2, vec2},
+    scene::{Placement, Primitives},
+};
+use etendue_accel::{Hit, PrimitiveId, Ray, Transform};
+use std::f32::consts::PI;
+
+/// Where there is no light.
+pub const NO_LIGHT: u32 = u32::MAX;
+
+/// Half a unit in the last place of 1: the relative rounding error of one operation.
+const EPSILON: f32 = f32::EPSILON * 0.5;
+
+/// A point of a surface: world space relative to the scene's centre, metres.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// The point.
+    pub position: Vec3,
+    /// A distance along `geometric_normal` that covers the rounding error of `position`.
+    pub offset: f32,
+    /// Unit normal of the true surface, on its front side.
+    pub geometric_normal: Vec3,
+    /// Unit interpolated normal, in the hemisphere of `geometric_normal` but for rounding at silhouettes.
+    pub shading_normal: Vec3,
+    /// Index of the material.
+    pub material: u32,
+    /// Index of the light that this primitive is, or [`NO_LIGHT`].
+    pub light: u32,
+    /// What was hit; its instance is the object.
+    pub id: PrimitiveId,
+}
+
+impl SurfacePoint {
+    /// Origin for a ray that leaves towards `direction`: moved off the surface, to that side, by the rounding error of the
+    /// position. Together with the skip id this is the one method against self-intersection, for all shapes.
+    #[inline]
+    pub fn leave(&self, direction: Vec3) -> Vec3 {
+        let side = self.offset.copysign(direction.dot(self.geometric_normal));
+        self.position + self.geometric_normal * side
+    }
+}
+
+/// Makes the surface point of a hit.
+#[inline]
+pub(crate) fn surface_point(placement: &Placement, ray: &Ray, hit: &Hit) -> SurfacePoint {
+    let local = match &placement.primitives {
+        Primitives::Mesh(mesh) => mesh.point(hit),
+        Primitives::Sphere { center, radius } => {
+            let origin = Vec3::from(ray.origin);
+            let direction = Vec3::from(ray.direction);
+            let on_ray = match &placement.transform {
+                None => origin + direction * hit.t,
+                Some(t) => {
+                    Vec3::from(t.point_to_object(ray.origin)) + Vec3::from(t.vector_to_object(ray.direction)) * hit.t
+                }
+            };
+            sphere_point(*center, *radius, on_ray)
+        }
+    };
+    let world = match &placement.transform {
+        None => local,
+        Some(transform) => local.to_world(transform),
+    };
+    let primitive = hit.id.primitive;
+    SurfacePoint {
+        position: world.position,
+        offset: world.error.dot(world.geometric_normal.abs()),
+        geometric_normal: world.geometric_normal,
+        shading_normal: world.shading_normal,
+        material: placement.material(primitive),
+        light: placement.light(primitive),
+        id: hit.id,
+    }
+}
+
+/// Texture coordinates of a hit: the mesh's own, else barycentric weights of the second and third vertex; for spheres
+/// longitude and latitude in [0, 1], y up.
+#[inline]
+pub(crate) fn texture_coordinates(placement: &Placement, point: &SurfacePoint, hit: &Hit) -> Vec2 {
+    match &placement.primitives {
+        Primitives::Mesh(mesh) => match &mesh.uvs {
+            None => vec2(hit.u, hit.v),
+            Some(uvs) => {
+                let [a, b, c] = mesh.indices[hit.id.primitive as usize].map(|i| Vec2::from(uvs[i as usize]));
+                a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v
+            }
+        },
+        Primitives::Sphere { center, radius } => {
+            let local = match &placement.transform {
+                None => point.position,
+                Some(t) => Vec3::from(t.point_to_object(point.position.into())),
+            };
+            let d = (local - *center) / *radius;
+            let longitude = atan2(-d.z, d.x) * (0.5 / PI);
+            vec2(if longitude < 0.0 { longitude + 1.0 } else { longitude }, acos(-d.y.clamp(-1.0, 1.0)) / PI)
+        }
+    }
+}
+
+/// A point in some space, before it is known what it is made of.
+struct LocalPoint {
+    position: Vec3,
+    /// Bound of the rounding error of each coordinate.
+    error: Vec3,
+    geometric_normal: Vec3,
+    shading_normal: Vec3,
+}
+
+impl LocalPoint {
+    fn to_world(&self, transform: &Transform) -> Self {
+        let abs = |rows: &[[f32; 4]; 3], v: Vec3, w: f32| -> Vec3 {
+            Vec3::from_array(rows.map(|r| r[0].abs() * v.x + r[1].abs() * v.y + r[2].abs() * v.z + r[3].abs() * w))
+        };
+        let rounding = abs(&transform.to_world, self.position.abs(), 1.0) * (4.0 * EPSILON);
+        Self {
+            position: transform.point_to_world(self.position.into()).into(),
+            error: abs(&transform.to_world, self.error, 0.0) * (1.0 + 4.0 * EPSILON) + rounding,
+            geometric_normal: Vec3::from(transform.normal_to_world(self.geometric_normal.into())).normalize(),
+            shading_normal: Vec3::from(transform.normal_to_world(self.shading_normal.into())).normalize(),
+        }
+    }
+}
+
+fn sphere_point(center: Vec3, radius: f32, on_ray: Vec3) -> LocalPoint {
+    let normal = (on_ray - center).try_normalize().unwrap_or(Vec3::Z);
+    LocalPoint {
+        position: center + normal * radius,
+        error: (center.abs() + Vec3::splat(radius)) * (4.0 * EPSILON),
+        geometric_normal: normal,
+        shading_normal: normal,
+    }
+}
+
+/// A mesh as surfaces need it.
+#[derive(Debug)]
+pub(crate) struct MeshData {
+    pub positions: std::sync::Arc<[[f32; 3]]>,
+    pub indices: std::sync::Arc<[[u32; 3]]>,
+    pub normals: Option<std::sync::Arc<[[f32; 3]]>>,
+    pub uvs: Option<std::sync::Arc<[[f32; 2]]>>,
+}
+
+impl MeshData {
+    #[inline]
+    fn point(&self, hit: &Hit) -> LocalPoint {
+        let corners = self.indices[hit.id.primitive as usize];
+        let [a, b, c] = corners.map(|i| Vec3::from(self.positions[i as usize]));
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        let position = a * weights[0] + b * weights[1] + c * weights[2];
+        // Three products, two sums and weights that add up to one but for rounding: below 12 roundings of the terms.
+        let terms = a.abs() * weights[0].abs() + b.abs() * weights[1] + c.abs() * weights[2];
+        let geometric = face_normal(a, b, c);
+        let (geometric_normal, shading_normal) = match &self.normals {
+            None => (geometric, geometric),
+            Some(normals) => {
+                let [na, nb, nc] = corners.map(|i| Vec3::from(normals[i as usize]));
+                let geometric = orient(geometric, na + nb + nc);
+                let shading = na * weights[0] + nb * weights[1] + nc * weights[2];
+                (geometric, shading.try_normalize().unwrap_or(geometric))
+            }
+        };
+        LocalPoint { position, error: terms * (12.0 * EPSILON), geometric_normal, shading_normal }
+    }
+}
+
+/// Unit normal of a triangle by its winding, also of very small ones.
+#[inline]
+pub(crate) fn face_normal(a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
+    let cross = (b - a).cross(c - a);
+    let squared = cross.length_squared();
+    if squared > 1e-30 && squared < 1e30 {
+        return cross * (1.0 / squared.sqrt());
+    }
+    let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
+    (b - a).cross(c - a).try_normalize().map_or(Vec3::Z, |n| n.as_vec3())
+}
+
+/// The front side of a face is where its vertex normals point to, whatever the winding.
+#[inline]
+pub(crate) fn orient(geometric: Vec3, vertex_normals: Vec3) -> Vec3 {
+    if geometric.dot(vertex_normals) < 0.0 { -geometric } else { geometric }
+}

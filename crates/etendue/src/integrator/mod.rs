@@ -1,1 +1,80 @@
-//! (stub)
+//! Estimators of the radiance along camera rays.
+
+mod paths;
+mod shade;
+mod shadow;
+mod views;
+pub(crate) mod wave;
+
+use crate::film::UnknownName;
+use std::{fmt, str::FromStr};
+
+/// What a camera ray is turned into.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Integrator {
+    /// Path tracing; light and BSDF sampling joined by multiple importance sampling (Veach 1997).
+    Path,
+    /// Path tracing with light sampling alone wherever the BSDF is not a Dirac: emission that a BSDF ray hits there counts
+    /// zero. The paper's direct lighting in its unbiased form.
+    LightSplit,
+    /// Path tracing with BSDF sampling alone. Does not see point lights.
+    Brute,
+    /// Shading normal, [-1, 1] mapped to [0, 1].
+    Normal,
+    /// Texture coordinates in red and green.
+    Uv,
+    /// Distance along the camera's axis, metres.
+    Depth,
+    /// A colour for each pair of object and material.
+    Ids,
+    /// Fraction of the cosine-weighted hemisphere that is free up to a distance.
+    Ao {
+        /// Metres; absent: any distance counts.
+        distance: Option<f32>,
+    },
+}
+
+impl Integrator {
+    /// Every integrator, with default parameters.
+    pub const ALL: [Self; 8] = [
+        Self::Path,
+        Self::LightSplit,
+        Self::Brute,
+        Self::Normal,
+        Self::Uv,
+        Self::Depth,
+        Self::Ids,
+        Self::Ao { distance: None },
+    ];
+
+    /// The name it has in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::LightSplit => "light-split",
+            Self::Brute => "brute",
+            Self::Normal => "normal",
+            Self::Uv => "uv",
+            Self::Depth => "depth",
+            Self::Ids => "ids",
+            Self::Ao { .. } => "ao",
+        }
+    }
+}
+
+impl fmt::Display for Integrator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Integrator {
+    type Err = UnknownName;
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::ALL.into_iter().find(|i| i.name() == name).ok_or_else(|| UnknownName {
+            kind: "integrator",
+            name: name.to_owned(),
+            expected: Self::ALL.map(Self::name).join(", "),
+        })
+    }
+}

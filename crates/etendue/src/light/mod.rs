@@ -1,6 +1,47 @@
-//! Sampling of emitters.
+//! Sampling of emitters: every light by solid angle as seen from the point that gathers, chosen from a [`LightTable`].
+//!
+//! Geometry is computed in f64 from f32 records, so that densities are accurate to f32 rounding for lights of any size
+//! at any distance. `sample` and `pdf` share every decision as the same function of (context, light): a direction that
+//! `sample` cannot draw has density 0.
+//!
+//! # Offsets
+//!
+//! A traversal in f32 finds a hit on a light's surface some rounding errors away from the true one, so a shadow ray that
+//! ends on the surface may or may not be stopped by it. Targets are therefore lifted off the surface, along its normal
+//! towards the context, by
+//!
+//! `margin = 2^-20 (C + D)`,
+//!
+//! C the largest magnitude of a coordinate of the context and the light's corners, D the largest magnitude of a
+//! coordinate of their differences. With u = 2^-24 the unit of rounding: the point that a watertight test finds lies in
+//! the light's plane, and off the ray by at most about 10 u D (the difference of vertex and origin, the shear and its
+//! product, each rounded once, on two axes; the depth three times); rounding the target moves it by at most
+//! sqrt(3) u C, and one affine map to an instance's space and back by some 4 u C times the map's conditioning.
+//! `margin` is 16 u (C + D). A context closer than `margin` to a light's plane (or to a sphere) cannot be told from
+//! a point on it, and gathers nothing from it. So the whole segment from the context to the target is on one side of
+//! the plane, by at least `margin`; a sphere is on the other side of its tangent plane.
 
-use crate::{bsdf::Density, math::Vec3, spectrum::Spectrum};
+mod environment;
+mod planar;
+mod point;
+mod rectangle;
+mod sphere;
+mod spherical;
+mod table;
+mod triangle;
+
+pub use environment::ConstantEnvironment;
+pub use point::PointLightSource;
+pub use rectangle::RectangleLight;
+pub use sphere::SphereLight;
+pub use table::{LightTable, LightTableError, MAX_LIGHTS};
+pub use triangle::TriangleLight;
+
+use crate::{
+    bsdf::Density,
+    math::{DVec3, Vec3},
+    spectrum::Spectrum,
+};
 
 /// Where light is gathered.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +64,97 @@ pub struct LightSample {
     pub target: Option<Vec3>,
     /// Radiance that arrives if nothing is in between; for discrete lights (point) irradiance on a plane facing it.
     pub radiance: Spectrum,
-    /// Density of this light and direction, the choice of the light included.
+    /// Density of this light and direction, the choice of the light included. Finite and above 0, but up to 1e37 for
+    /// tiny lights: its square may overflow.
     pub density: Density,
+}
+
+/// What each kind of light answers; densities per solid angle, without the choice of the light.
+trait Emitter {
+    /// Radiance, the same in all directions; radiant intensity of a point light.
+    fn radiance(&self) -> Spectrum;
+    /// Radiant power per unit of [`Emitter::radiance`], in m^2 sr (sr for a point light); `scene_radius` in metres.
+    /// 0 or not finite for degenerate geometry.
+    fn etendue(&self, scene_radius: f64) -> f64;
+    /// A direction towards the light, or `None` where the light cannot be seen.
+    fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample>;
+    /// Density with which `sample` draws the unit vector `wi`, given that a ray along it meets the light at `distance`
+    /// (infinite for lights at infinity).
+    fn pdf(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> f32;
+}
+
+/// A source of light: world space, relative to the scene's centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// An emissive triangle.
+    Triangle(TriangleLight),
+    /// An emissive parallelogram.
+    Rectangle(RectangleLight),
+    /// An emissive sphere or ellipsoid.
+    Sphere(SphereLight),
+    /// A light without extent.
+    Point(PointLightSource),
+    /// Radiance from infinity.
+    Environment(ConstantEnvironment),
+}
+
+macro_rules! dispatch {
+    ($light:expr, $inner:ident => $body:expr) => {
+        match $light {
+            Light::Triangle($inner) => $body,
+            Light::Rectangle($inner) => $body,
+            Light::Sphere($inner) => $body,
+            Light::Point($inner) => $body,
+            Light::Environment($inner) => $body,
+        }
+    };
+}
+
+impl Light {
+    /// Radiance, W sr^-1 m^-2, the same in all directions; for a point light its intensity, W/sr.
+    #[inline]
+    pub fn radiance(&self) -> Spectrum {
+        dispatch!(self, light => light.radiance())
+    }
+
+    /// Radiant power, W, as the mean of the channels; of an environment, what enters a sphere of `scene_radius` metres.
+    /// 0 for lights that can never be sampled: degenerate, black, or not finite.
+    pub fn power(&self, scene_radius: f64) -> f64 {
+        let etendue = dispatch!(self, light => light.etendue(scene_radius));
+        let power = etendue * self.radiance().0.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
+        if power.is_finite() && power > 0.0 { power } else { 0.0 }
+    }
+
+    /// A direction towards this light alone; its density does not include the choice of the light. `None` where the
+    /// light cannot be seen (facing away, or degenerate): an estimate of 0.
+    #[inline]
+    pub fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
+        dispatch!(self, light => light.sample(ctx, u))
+    }
+
+    /// Density per solid angle with which [`Light::sample`] draws the unit vector `wi`, given that a ray from the
+    /// context along `wi` meets the light at `distance` metres (infinite for an environment). 0 for point lights.
+    #[inline]
+    pub fn pdf(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> f32 {
+        dispatch!(self, light => light.pdf(ctx, wi, distance))
+    }
+}
+
+/// Largest magnitude of a coordinate.
+#[inline]
+fn max_abs(v: DVec3) -> f64 {
+    v.abs().max_element()
+}
+
+/// The offset that keeps the end of a shadow ray off the light's surface: see the module's text.
+#[inline]
+fn margin(coordinate: f64, distance: f64) -> f64 {
+    const UNIT: f64 = 1.0 / 1_048_576.0;
+    UNIT * (coordinate + distance)
+}
+
+/// A density as f32, or `None` where it is 0, not finite, or too large for later products.
+#[inline]
+fn finite_density(density: f64) -> Option<f32> {
+    (density > 1e-37 && density < 1e37).then_some(density as f32)
 }

@@ -5,4 +5,5 @@ mod functions;
 
 pub use frame::Frame;
 pub use functions::*;
-pub use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, dvec3, vec2, vec3};
+pub(crate) use functions::{exp_wide, ln_wide};
+pub use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3, dvec3, vec2, vec3};

@@ -1,4 +1,26 @@
-//! Random numbers as a pure function of (seed, pixel, sample index, dimension), and warps from the unit square.
+//! Random numbers as a pure function of (seed, absolute pixel, sample index, dimension), and what turns them into points,
+//! directions and choices.
+//!
+//! No number depends on the count of samples, on the size or crop of the image, or on what was drawn before: samples can be
+//! added later, a crop equals the crop of the whole, and one sample can be traced again alone. Samples with an even and
+//! with an odd index are two halves with independent scrambling, from whose difference the error is known.
+
+mod distribution;
+mod filter;
+mod hash;
+mod independent;
+mod sobol;
+pub mod warp;
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::film::UnknownName;
+pub use distribution::{Choice, Distribution1D, DistributionError};
+pub use filter::{Filter, FilterSampler};
+use hash::{GOLDEN, mix, to_unit};
+use independent::Independent;
+use sobol::Sobol;
 
 /// One random dimension's name inside a path vertex. A dimension is the pair (vertex, slot); vertex 0 is the camera.
 #[repr(u32)]
@@ -30,8 +52,6 @@ pub enum Slot {
     Phase,
 }
 
-pub mod warp;
-
 /// One sample of one pixel: all that random numbers may depend on, but for the dimension.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleKey {
@@ -44,19 +64,65 @@ pub struct SampleKey {
 /// Where random numbers come from. Each is a pure function of (seed, absolute pixel, sample index, dimension), never of
 /// the number of samples or the size of the image. Samples with an even and an odd index form two halves with
 /// independent scrambling.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampler {
     /// Hashed uniform numbers.
     Independent,
     /// Owen-scrambled Sobol points, padded per dimension pair.
+    #[default]
     Sobol,
 }
 
+/// What a kind of sampler computes. `dimension` is the hash of (stream, vertex, slot).
+trait Points {
+    fn one_d(key: SampleKey, dimension: u64) -> f32;
+    fn two_d(key: SampleKey, dimension: u64) -> [f32; 2];
+}
+
+/// Runs `$body` with `$Points` the type behind `$sampler`.
+macro_rules! dispatch {
+    ($sampler:expr, $Points:ident => $body:expr) => {
+        match $sampler {
+            Sampler::Independent => {
+                type $Points = Independent;
+                $body
+            }
+            Sampler::Sobol => {
+                type $Points = Sobol;
+                $body
+            }
+        }
+    };
+}
+
+/// The hash of (vertex, slot); the same for all paths at one vertex.
+#[inline]
+fn slot_hash(vertex: u32, slot: Slot) -> u64 {
+    mix((u64::from(vertex) << 32 | u64::from(slot as u32)).wrapping_add(GOLDEN))
+}
+
+/// The hash of (stream, vertex, slot).
+#[inline]
+fn dimension(stream: u64, slot_hash: u64) -> u64 {
+    mix(stream ^ slot_hash)
+}
+
 impl Sampler {
+    /// All samplers.
+    pub const ALL: [Self; 2] = [Self::Sobol, Self::Independent];
+
+    /// The name it has in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sobol => "sobol",
+            Self::Independent => "independent",
+        }
+    }
+
     /// The key of sample `index` of `pixel` (absolute coordinates, x to the right, y down).
     #[inline]
     pub fn key(self, seed: u64, pixel: [u32; 2], index: u32) -> SampleKey {
-        let mut h = mix(seed ^ 0x9e37_79b9_7f4a_7c15);
+        let mut h = mix(seed ^ GOLDEN);
         h = mix(h ^ (u64::from(pixel[0]) << 32 | u64::from(pixel[1])));
         SampleKey { stream: mix(h ^ u64::from(index & 1)), index: index >> 1 }
     }
@@ -64,27 +130,74 @@ impl Sampler {
     /// A number in [0, 1).
     #[inline]
     pub fn one_d(self, key: SampleKey, vertex: u32, slot: Slot) -> f32 {
-        self.two_d(key, vertex, slot)[0]
+        let dimension = dimension(key.stream, slot_hash(vertex, slot));
+        dispatch!(self, P => P::one_d(key, dimension))
     }
 
-    /// A point in [0, 1)^2.
+    /// A point in [0, 1)^2. Its first coordinate is [`Sampler::one_d`] of the same arguments: take one or the other.
     #[inline]
     pub fn two_d(self, key: SampleKey, vertex: u32, slot: Slot) -> [f32; 2] {
-        let h = mix(key.stream ^ mix((u64::from(vertex) << 32 | u64::from(slot as u32)) ^ (u64::from(key.index) << 8)));
-        [to_unit((h >> 32) as u32), to_unit(h as u32)]
+        let dimension = dimension(key.stream, slot_hash(vertex, slot));
+        dispatch!(self, P => P::two_d(key, dimension))
+    }
+
+    /// [`Sampler::one_d`] for many keys at one vertex, as far as the shorter slice reaches. A loop without branches.
+    #[inline]
+    pub fn one_d_slice(self, keys: &[SampleKey], vertex: u32, slot: Slot, out: &mut [f32]) {
+        let slot_hash = slot_hash(vertex, slot);
+        dispatch!(self, P => for (out, &key) in out.iter_mut().zip(keys) {
+            *out = P::one_d(key, dimension(key.stream, slot_hash));
+        });
+    }
+
+    /// [`Sampler::two_d`] for many keys at one vertex, as far as the shorter slice reaches. A loop without branches.
+    #[inline]
+    pub fn two_d_slice(self, keys: &[SampleKey], vertex: u32, slot: Slot, out: &mut [[f32; 2]]) {
+        let slot_hash = slot_hash(vertex, slot);
+        dispatch!(self, P => for (out, &key) in out.iter_mut().zip(keys) {
+            *out = P::two_d(key, dimension(key.stream, slot_hash));
+        });
+    }
+
+    /// As many numbers as a loop without bound may need at one (vertex, slot), independent of everything else. They are
+    /// hashed whatever the sampler.
+    #[inline]
+    pub fn stream(self, key: SampleKey, vertex: u32, slot: Slot) -> Stream {
+        let dimension = dimension(key.stream, slot_hash(vertex, slot));
+        // Apart from the numbers of the independent sampler at this slot, which start from the same hash.
+        Stream { state: mix(!dimension ^ mix(u64::from(key.index) ^ GOLDEN)) }
     }
 }
 
-/// Finaliser of SplitMix64 (Steele, Lea and Flood 2014; constants by Stafford).
-#[inline]
-fn mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+impl fmt::Display for Sampler {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
 }
 
-/// The top 24 bits as a number in [0, 1).
-#[inline]
-fn to_unit(bits: u32) -> f32 {
-    (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+impl FromStr for Sampler {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::ALL.into_iter().find(|s| s.name() == name).ok_or_else(|| UnknownName {
+            kind: "sampler",
+            name: name.to_owned(),
+            expected: Self::ALL.map(Self::name).join(", "),
+        })
+    }
+}
+
+/// A sequence of independent uniform numbers, see [`Sampler::stream`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stream {
+    state: u64,
+}
+
+impl Stream {
+    /// The next number in [0, 1).
+    #[inline]
+    pub fn next_f32(&mut self) -> f32 {
+        self.state = self.state.wrapping_add(GOLDEN);
+        to_unit((mix(self.state) >> 32) as u32)
+    }
 }

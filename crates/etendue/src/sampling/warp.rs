@@ -1,6 +1,7 @@
-//! Maps from the unit square to directions and points, each with its density beside it.
+//! Maps from the unit square to directions and points, each with its density beside it. All keep neighbours together, so
+//! that the stratification of the numbers carries over. Directions are of unit length, about +z.
 
-use crate::math::{PI, Vec2, Vec3, sin_cos_turns, vec2, vec3};
+use crate::math::{PI, Vec2, Vec3, exp_wide, ln_wide, sin_cos_turns, vec2, vec3};
 
 /// Uniform on the unit disk (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997).
 #[inline]
@@ -14,7 +15,18 @@ pub fn disk([u, v]: [f32; 2]) -> Vec2 {
     vec2(radius * cos, radius * sin)
 }
 
-/// Cosine-distributed about +z; unit length.
+/// Density of [`disk`] per area.
+pub const DISK_PDF: f32 = 1.0 / PI;
+
+/// Uniform on a triangle, as the weights of its corners, none negative, with the sum 1
+/// (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019). The density is one over the area.
+#[inline]
+pub fn triangle([u, v]: [f32; 2]) -> [f32; 3] {
+    let (a, b) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
+    [a, b, (1.0 - a - b).max(0.0)]
+}
+
+/// Cosine-distributed.
 #[inline]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     let d = disk(u);
@@ -27,14 +39,59 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
     cos_theta.max(0.0) * (1.0 / PI)
 }
 
+/// Distributed as the cosine to the power `exponent` >= 0, as in Phong's lobe
+/// (Lafortune and Willems, "Using the Modified Phong Reflectance Model", 1994).
+#[inline]
+pub fn cosine_power_hemisphere([u, v]: [f32; 2], exponent: f32) -> Vec3 {
+    // In f64, because narrow lobes live in the difference of the cosine from 1.
+    let cos = exp_wide(ln_wide(1.0 - u) / (f64::from(exponent) + 1.0));
+    polar((1.0 - cos * cos).max(0.0).sqrt() as f32, cos as f32, v)
+}
+
+/// Density of [`cosine_power_hemisphere`] per solid angle, `cos_theta` the direction's z.
+#[inline]
+pub fn cosine_power_hemisphere_pdf(cos_theta: f32, exponent: f32) -> f32 {
+    if cos_theta <= 0.0 {
+        return 0.0;
+    }
+    (exp_wide(ln_wide(cos_theta) * f64::from(exponent)) * (f64::from(exponent) + 1.0)) as f32 * (0.5 / PI)
+}
+
+/// Uniform on the hemisphere z >= 0.
+#[inline]
+pub fn uniform_hemisphere(u: [f32; 2]) -> Vec3 {
+    uniform_cone(u, 1.0)
+}
+
+/// Density of [`uniform_hemisphere`] per solid angle.
+pub const UNIFORM_HEMISPHERE_PDF: f32 = 0.5 / PI;
+
 /// Uniform on the unit sphere.
 #[inline]
-pub fn uniform_sphere([u, v]: [f32; 2]) -> Vec3 {
-    let z = 1.0 - 2.0 * u;
-    let r = (1.0 - z * z).max(0.0).sqrt();
-    let (sin, cos) = sin_cos_turns(v);
-    vec3(r * cos, r * sin, z)
+pub fn uniform_sphere(u: [f32; 2]) -> Vec3 {
+    uniform_cone(u, 2.0)
 }
 
 /// Density of [`uniform_sphere`] per solid angle.
-pub const UNIFORM_SPHERE_PDF: f32 = 1.0 / (4.0 * PI);
+pub const UNIFORM_SPHERE_PDF: f32 = 0.25 / PI;
+
+/// Uniform on the cone of directions whose cosine with +z is at least `1 - height`, `height` in (0, 2]. The height, not the
+/// cosine, keeps the precision of narrow cones: it is 2 sin^2(angle / 2).
+#[inline]
+pub fn uniform_cone([u, v]: [f32; 2], height: f32) -> Vec3 {
+    let h = u * height;
+    polar((h * (2.0 - h)).max(0.0).sqrt(), 1.0 - h, v)
+}
+
+/// Density of [`uniform_cone`] per solid angle, inside of the cone.
+#[inline]
+pub fn uniform_cone_pdf(height: f32) -> f32 {
+    0.5 / (PI * height)
+}
+
+/// The direction with this polar angle and `turns` of azimuth.
+#[inline]
+fn polar(sin_theta: f32, cos_theta: f32, turns: f32) -> Vec3 {
+    let (sin, cos) = sin_cos_turns(turns);
+    vec3(sin_theta * cos, sin_theta * sin, cos_theta)
+}

@@ -1,4 +1,4 @@
-//! From parts with f64 transforms to an immutable scene.
+//! All that a scene is built from: plain records with f64 transforms.
 
 use crate::{
     material::Material,

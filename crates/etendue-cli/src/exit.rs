@@ -1,0 +1,75 @@
+//! How the program ends: exit codes, and failures that lead to them.
+
+use etendue_scene::output::{ReadError, UnknownEnding, WriteError, metric::CompareError};
+use std::process::ExitCode;
+
+/// Exit codes of the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// All done.
+    Done = 0,
+    /// The command line is wrong.
+    Usage = 1,
+    /// A file that was to be read is wrong or missing.
+    BadInput = 2,
+    /// The input is right but asks for something that is not there yet.
+    Unsupported = 3,
+    /// A result could not be written.
+    CannotWrite = 4,
+    /// All was done, but what came out misses the mark that was set.
+    Incomplete = 5,
+    /// Stopped by a signal; what there was is written.
+    Interrupted = 130,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// What ends the program early.
+#[derive(Debug)]
+pub struct Failure {
+    /// The exit code.
+    pub exit: Exit,
+    /// What went wrong, for people; empty if it has been said.
+    pub message: String,
+}
+
+impl Failure {
+    /// A failure with a message.
+    pub fn new(exit: Exit, message: impl ToString) -> Self {
+        Self { exit, message: message.to_string() }
+    }
+
+    /// A failure that has been reported in full.
+    pub fn reported(exit: Exit) -> Self {
+        Self { exit, message: String::new() }
+    }
+}
+
+impl From<UnknownEnding> for Failure {
+    fn from(error: UnknownEnding) -> Self {
+        Self::new(Exit::Usage, error)
+    }
+}
+
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Self {
+        Self::new(Exit::CannotWrite, error)
+    }
+}
+
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Self {
+        Self::new(Exit::BadInput, error)
+    }
+}
+
+impl From<CompareError> for Failure {
+    fn from(error: CompareError) -> Self {
+        Self::new(Exit::BadInput, error)
+    }
+}

@@ -1,0 +1,146 @@
+//! From a scene file and the command line to what is rendered.
+
+use crate::{
+    args::RenderArgs,
+    exit::{Exit, Failure},
+    report,
+};
+use etendue::{
+    camera::CameraSettings,
+    film::FilmSettings,
+    render::{MAX_THREADS, RenderSettings},
+    scene::{AcceleratorSettings, Scene},
+    tonemap::ToneCurve,
+};
+use etendue_accel::Isa;
+use etendue_scene::{
+    Diagnostics, Input, Limits, ReadError, SourceMap, build, description::SceneDescription, read_scene,
+};
+use std::thread;
+
+/// Everything that a render needs.
+pub struct Job {
+    /// The immutable scene.
+    pub scene: Scene,
+    /// How it was built.
+    pub accelerator: AcceleratorSettings,
+    /// The view.
+    pub camera: CameraSettings,
+    /// Size, crop and layers.
+    pub film: FilmSettings,
+    /// How it is rendered.
+    pub settings: RenderSettings,
+    /// Stops, for 8 bit pictures.
+    pub exposure: f32,
+    /// For 8 bit pictures.
+    pub tonemap: ToneCurve,
+    /// Hash of the files read, hexadecimal.
+    pub scene_hash: String,
+}
+
+/// A scene whose files have been read, with the command line's overrides in it.
+pub struct Loaded {
+    input: Input,
+    isa: Isa,
+}
+
+/// Reads the scene file and all that it names; reports what was found.
+pub fn load(args: &RenderArgs) -> Result<Loaded, Failure> {
+    let isa = choose_isa(args.isa)?;
+    let limits = Limits::default();
+    let mut sources = SourceMap::new();
+    let (description, found) = read_scene(&args.input, &mut sources, &limits).map_err(|e| match e {
+        ReadError::Unsupported { .. } => Failure::new(Exit::Unsupported, e),
+        ReadError::Source(_) => Failure::new(Exit::BadInput, e),
+    })?;
+    tell(&found, &sources, args.quiet);
+    let mut description = description.ok_or(Failure::reported(Exit::BadInput))?;
+    override_description(&mut description, args);
+    let input = build(&description, &mut sources, &limits).map_err(|found| {
+        report::diagnostics(&found, &sources);
+        Failure::reported(Exit::BadInput)
+    })?;
+    tell(&input.findings, &sources, args.quiet);
+    Ok(Loaded { input, isa })
+}
+
+/// Errors and warnings are always told; a quiet run goes without notes.
+fn tell(found: &Diagnostics, sources: &SourceMap, quiet: bool) {
+    if !quiet {
+        return report::diagnostics(found, sources);
+    }
+    let mut kept = Diagnostics::new();
+    kept.extend(found.iter().filter(|d| d.severity != etendue_scene::Severity::Note).cloned());
+    report::diagnostics(&kept, sources);
+}
+
+fn choose_isa(asked: Option<Isa>) -> Result<Isa, Failure> {
+    let available = Isa::available();
+    match asked {
+        None => Ok(Isa::detect()),
+        Some(isa) if available.contains(&isa) => Ok(isa),
+        Some(isa) => {
+            let names: Vec<&str> = available.iter().map(|isa| isa.name()).collect();
+            Err(Failure::new(Exit::Unsupported, format!("this processor has no {isa}; it has: {}", names.join(", "))))
+        }
+    }
+}
+
+/// What the command line says replaces what the file says. Naming the kind that the file has keeps the file's parameters.
+fn override_description(description: &mut SceneDescription, args: &RenderArgs) {
+    let film = &mut description.film;
+    set(&mut film.size, args.size);
+    set(&mut film.exposure, args.exposure);
+    set(&mut film.tonemap, args.tonemap);
+    set(&mut film.aovs, args.aov.clone());
+    let filter = args.filter.filter(|f| f.name() != film.filter.name());
+    set(&mut film.filter, filter);
+    set(&mut description.sampler.spp, args.spp);
+    set(&mut description.sampler.seed, args.seed);
+    set(&mut description.sampler.sampler, args.sampler);
+    let record = &mut description.integrator;
+    let integrator = args.integrator.filter(|i| i.name() != record.integrator.name());
+    set(&mut record.integrator, integrator);
+    record.depth = args.depth.or(record.depth);
+    set(&mut description.accelerator, args.accel);
+}
+
+fn set<T>(value: &mut T, by: Option<T>) {
+    if let Some(by) = by {
+        *value = by;
+    }
+}
+
+impl Loaded {
+    /// Builds the scene and its accelerator.
+    pub fn build(self, args: &RenderArgs) -> Result<Job, Failure> {
+        let Self { input, isa } = self;
+        let threads = match args.threads {
+            Some(threads) => threads as usize,
+            None => thread::available_parallelism().map_or(1, |n| n.get().min(MAX_THREADS)),
+        };
+        let accelerator = AcceleratorSettings { kind: input.accelerator, isa, threads };
+        let scene = Scene::build(input.parts, &accelerator).map_err(|e| Failure::new(Exit::BadInput, e))?;
+        let defaults = RenderSettings::default();
+        Ok(Job {
+            scene,
+            accelerator,
+            camera: input.camera,
+            film: FilmSettings { crop: args.crop.or(input.film.crop), ..input.film },
+            settings: RenderSettings {
+                spp: input.spp,
+                seed: input.seed,
+                threads,
+                max_depth: input.max_depth,
+                sampler: input.sampler,
+                integrator: input.integrator,
+                filter: input.filter,
+                tile: args.tile.unwrap_or(defaults.tile),
+                wave: args.wave.unwrap_or(defaults.wave),
+            },
+            exposure: input.exposure,
+            tonemap: input.tone_curve,
+            scene_hash: input.scene_hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+        })
+    }
+}

@@ -1,0 +1,231 @@
+//! `etendue render`: a scene file in, pictures out.
+
+use crate::{
+    args::RenderArgs,
+    exit::{Exit, Failure},
+    load,
+    outputs::{Outputs, RefreshClock},
+    progress::{ProgressView, TICK},
+    report,
+    signals::Signals,
+    software,
+    summary::{Seconds, Summary},
+};
+use etendue::{
+    film::{Film, SampleCounts},
+    image::Image,
+    render::{RenderControl, RenderError, render},
+    tonemap::{self, ToneCurve},
+};
+use etendue_scene::output::{Metadata, Window, hash};
+use std::{
+    panic,
+    sync::Arc,
+    thread,
+    time::{Duration, Instant},
+};
+
+/// Renders as the arguments say.
+pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
+    let outputs = Outputs::plan(&args.output, &args.input)?;
+    let control = Arc::new(RenderControl::default());
+    let signals = Signals::install(control.clone());
+    let mut seconds = Seconds::default();
+
+    let clock = Instant::now();
+    let loaded = load::load(args)?;
+    seconds.load = lap(clock);
+    let clock = Instant::now();
+    let job = loaded.build(args)?;
+    seconds.build = lap(clock);
+    if !job.film.aovs.is_empty() && !outputs.keeps_layers() {
+        report::warning("layers are asked for, but only .exr files hold them");
+    }
+
+    let film = Film::new(&job.film).map_err(|e| {
+        // Whoever gave the size or the crop is told so.
+        let from_arguments = args.size.is_some() || args.crop.is_some();
+        Failure::new(if from_arguments { Exit::Usage } else { Exit::BadInput }, e)
+    })?;
+    let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, quiet: args.quiet };
+    signals.start_rendering();
+    let clock = Instant::now();
+    session.render()?;
+    seconds.render = lap(clock);
+
+    let clock = Instant::now();
+    let image = film.develop();
+    session.write(&image, seconds.render)?;
+    let film_hash = hash::film_hash(&image);
+    seconds.write = lap(clock);
+
+    let summary = session.summary(&image, seconds, film_hash);
+    session.tell(&summary);
+    if args.stats {
+        let kind = job.accelerator.kind.name();
+        report::say(summary.table(&job.scene.stats(), kind, job.accelerator.isa.name(), job.settings.threads));
+    }
+    if args.json {
+        report::result(&summary.json())?;
+    }
+    Ok(if signals.interrupted() { Exit::Interrupted } else { Exit::Done })
+}
+
+fn lap(clock: Instant) -> f64 {
+    clock.elapsed().as_secs_f64()
+}
+
+/// All that a running render is made of.
+struct Session<'a> {
+    job: &'a load::Job,
+    film: &'a Film,
+    outputs: &'a Outputs,
+    control: &'a RenderControl,
+    quiet: bool,
+}
+
+impl Session<'_> {
+    /// Renders on other threads while this one shows progress and refreshes the files.
+    fn render(&self) -> Result<(), Failure> {
+        let job = self.job;
+        let area = self.film.area();
+        let view = ProgressView::new(area.pixels() as u64 * u64::from(job.settings.spp), self.quiet);
+        let watcher = thread::current();
+        let clock = Instant::now();
+        let rendered = thread::scope(|scope| {
+            let worker = scope.spawn(|| {
+                let rendered = render(&job.scene, &job.camera, &job.settings, self.film, self.control);
+                watcher.unpark();
+                rendered
+            });
+            let mut refresh = RefreshClock::start();
+            while !worker.is_finished() {
+                thread::park_timeout(TICK);
+                view.update(self.control);
+                if refresh.is_due() && !worker.is_finished() {
+                    refresh.refreshed(self.refresh(lap(clock)));
+                }
+            }
+            worker.join()
+        });
+        match rendered {
+            Ok(rendered) => rendered.map_err(failure_of),
+            Err(panic) => panic::resume_unwind(panic),
+        }
+    }
+
+    /// Writes the files as they are now; says how long that took. A failure is no reason to stop: there may be room again
+    /// at the end.
+    fn refresh(&self, seconds: f64) -> Duration {
+        let clock = Instant::now();
+        if let Err(failure) = self.write(&self.film.develop(), seconds) {
+            report::warning(&failure.message);
+        }
+        clock.elapsed()
+    }
+
+    fn write(&self, image: &Image, seconds: f64) -> Result<(), Failure> {
+        let factor = tonemap::exposure_factor(self.job.exposure);
+        let curve: ToneCurve = self.job.tonemap;
+        let encode = move |rgb: [f32; 3]| curve.apply(rgb.map(|v| v * factor)).map(tonemap::to_srgb8);
+        Ok(self.outputs.write(image, &self.metadata(seconds), &encode)?)
+    }
+
+    fn metadata(&self, seconds: f64) -> Metadata {
+        let area = self.film.area();
+        let whole = self.film.resolution();
+        let window = Window { origin: [area.x0, area.y0], whole };
+        Metadata {
+            software: software(),
+            window: (area.width() != whole[0] || area.height() != whole[1]).then_some(window),
+            ..Metadata::default()
+        }
+        .with("seed", self.job.settings.seed)
+        .with("spp", samples_per_pixel(self.film.sample_counts()))
+        .with("sceneHash", &self.job.scene_hash)
+        .with("seconds", format!("{seconds:.3}"))
+        .with("commandLine", command_line())
+    }
+
+    fn summary(&self, image: &Image, seconds: Seconds, film_hash: String) -> Summary {
+        let counts = self.film.sample_counts();
+        Summary {
+            outputs: self.outputs.names(),
+            width: image.width,
+            height: image.height,
+            spp: counts.total as f64 / self.film.area().pixels() as f64,
+            spp_min: counts.min,
+            spp_max: counts.max,
+            seconds,
+            rays: self.control.rays(),
+            paths: self.control.paths(),
+            nonfinite: self.film.left_out().count,
+            interrupted: self.control.is_cancelled(),
+            film_hash,
+        }
+    }
+
+    /// What people want to know at the end.
+    fn tell(&self, summary: &Summary) {
+        if let Some([x, y]) = self.film.left_out().first {
+            report::warning(&format!(
+                "{} samples were not finite or too large and are left out, the first at pixel {x},{y}",
+                summary.nonfinite
+            ));
+        }
+        let spp = samples_per_pixel(self.film.sample_counts());
+        let files = summary.outputs.join(", ");
+        if summary.interrupted {
+            report::say(format!("interrupted with {spp} of {} samples per pixel: {files}", self.job.settings.spp));
+        } else if !self.quiet {
+            report::say(format!("{spp} samples per pixel in {:.1} s: {files}", summary.seconds.render));
+        }
+    }
+}
+
+/// `64`, or `32-48` where pixels differ.
+fn samples_per_pixel(counts: SampleCounts) -> String {
+    if counts.min == counts.max { counts.min.to_string() } else { format!("{}-{}", counts.min, counts.max) }
+}
+
+fn failure_of(error: RenderError) -> Failure {
+    match error {
+        RenderError::Range { .. } => Failure::new(Exit::Usage, error),
+        RenderError::Camera(_) => Failure::new(Exit::BadInput, error),
+    }
+}
+
+/// The command line, quoted so that a POSIX shell reads the same words.
+fn command_line() -> String {
+    let words = std::env::args_os().map(|word| quote(&word.to_string_lossy()));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+fn quote(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=@%+".contains(c) || !c.is_ascii();
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_for_a_shell() {
+        assert_eq!(quote("--size"), "--size");
+        assert_eq!(quote("a b"), "'a b'");
+        assert_eq!(quote("it's"), "'it'\\''s'");
+        assert_eq!(quote(""), "''");
+        assert_eq!(quote("$(x)"), "'$(x)'");
+    }
+
+    #[test]
+    fn sample_counts_are_told_as_they_are() {
+        assert_eq!(samples_per_pixel(SampleCounts { min: 16, max: 16, total: 64 }), "16");
+        assert_eq!(samples_per_pixel(SampleCounts { min: 0, max: 16, total: 64 }), "0-16");
+    }
+}

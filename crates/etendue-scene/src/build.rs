@@ -1,0 +1,257 @@
+//! From a description to what the renderer takes: mesh files loaded, names resolved, transforms composed.
+
+mod meshes;
+mod view;
+
+use crate::{
+    Diagnostic, Diagnostics, Limits, SourceMap,
+    description::{Located, ObjectRecord, SceneDescription, ShapeRecord, Step},
+    geometry,
+};
+use etendue::{
+    camera::CameraSettings,
+    film::FilmSettings,
+    integrator::Integrator,
+    math::DAffine3,
+    sampling::{Filter, Sampler},
+    scene::{Object, SceneParts, Shape},
+    tonemap::ToneCurve,
+};
+use etendue_accel::AcceleratorKind;
+pub(crate) use meshes::unknown_ending;
+use meshes::{Loader, MeshRef};
+use sha2::{Digest, Sha256};
+use std::{collections::BTreeMap, path::PathBuf};
+
+/// Everything a render needs.
+#[derive(Clone, Debug)]
+pub struct Input {
+    /// Geometry, materials, lights.
+    pub parts: SceneParts,
+    /// The view.
+    pub camera: CameraSettings,
+    /// Size, crop and layers of the picture.
+    pub film: FilmSettings,
+    /// Reconstruction filter.
+    pub filter: Filter,
+    /// Stops.
+    pub exposure: f32,
+    /// Tone curve of 8-bit pictures.
+    pub tone_curve: ToneCurve,
+    /// Where random numbers come from.
+    pub sampler: Sampler,
+    /// Samples per pixel.
+    pub spp: u32,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Estimator of radiance.
+    pub integrator: Integrator,
+    /// Most edges of a path, the camera segment included.
+    pub max_depth: Option<u32>,
+    /// Ray traversal.
+    pub accelerator: AcceleratorKind,
+    /// SHA-256 of all files read, see [`scene_hash`].
+    pub scene_hash: [u8; 32],
+    /// The files read, in order.
+    pub files: Vec<PathBuf>,
+    /// Warnings and notes; no errors.
+    pub findings: Diagnostics,
+}
+
+/// SHA-256 over the files of a source map in the order of reading: of each its length (8 bytes, little-endian) and bytes.
+pub fn scene_hash(sources: &SourceMap) -> [u8; 32] {
+    let mut hash = Sha256::new();
+    for id in sources.ids() {
+        let bytes = sources.bytes(id);
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(&bytes[..]);
+    }
+    hash.finalize().into()
+}
+
+/// Loads the files that a description names, each once, and resolves it. Settings that a command line overrides are to be
+/// changed in the description before.
+///
+/// # Errors
+/// All findings, if there is an error among them: files that cannot be read, unknown names, limits that are passed.
+pub fn build(description: &SceneDescription, sources: &mut SourceMap, limits: &Limits) -> Result<Input, Diagnostics> {
+    let mut builder = Builder::new(description, sources, limits);
+    for object in &description.objects {
+        builder.place(object);
+    }
+    let camera = view::camera(&description.camera, description.film.size);
+    let Builder { mut parts, loader, .. } = builder;
+    let Loader { mut findings, .. } = loader;
+    findings.sort();
+    if findings.has_errors() {
+        return Err(findings);
+    }
+    parts.point_lights = description.lights.iter().map(|light| light.value).collect();
+    parts.environment = description.environment;
+    let film = &description.film;
+    Ok(Input {
+        parts,
+        camera,
+        film: FilmSettings {
+            resolution: film.size,
+            crop: film.crop.as_ref().map(|crop| crop.value),
+            aovs: film.aovs.clone(),
+        },
+        filter: film.filter,
+        exposure: film.exposure,
+        tone_curve: film.tonemap,
+        sampler: description.sampler.sampler,
+        spp: description.sampler.spp,
+        seed: description.sampler.seed,
+        integrator: description.integrator.integrator,
+        max_depth: description.integrator.depth,
+        accelerator: description.accelerator,
+        scene_hash: scene_hash(sources),
+        files: sources.ids().map(|id| sources.path(id).to_owned()).collect(),
+        findings,
+    })
+}
+
+/// Numbers of a shape that objects may share, as bits.
+type ShapeKey = (&'static str, Vec<u64>);
+
+struct Builder<'a> {
+    parts: SceneParts,
+    loader: Loader<'a>,
+    materials: BTreeMap<&'a str, usize>,
+    default_material: Option<usize>,
+    shared: BTreeMap<ShapeKey, usize>,
+    relocated: usize,
+    limits: &'a Limits,
+}
+
+impl<'a> Builder<'a> {
+    fn new(description: &'a SceneDescription, sources: &'a mut SourceMap, limits: &'a Limits) -> Self {
+        let materials = &description.materials;
+        let mut builder = Self {
+            parts: SceneParts::default(),
+            loader: Loader::new(description, sources, limits),
+            materials: materials.iter().enumerate().map(|(i, m)| (m.material.name.as_str(), i)).collect(),
+            default_material: None,
+            shared: BTreeMap::new(),
+            relocated: 0,
+            limits,
+        };
+        for record in materials {
+            builder.loader.validate(&record.material, Some(&record.origin));
+            builder.parts.materials.push(record.material.clone());
+        }
+        builder
+    }
+
+    /// Adds one object; what goes wrong is reported and the object left out.
+    fn place(&mut self, record: &'a ObjectRecord) {
+        let mesh = match &record.shape {
+            ShapeRecord::Mesh(name) => self.loader.named(name, &mut self.parts),
+            ShapeRecord::File(path) => self.loader.file(path, &mut self.parts),
+            other => self.simple_shape(other, !record.transform.is_empty()),
+        };
+        let Some(MeshRef { shape, materials: own }) = mesh else { return };
+        let Some(materials) = self.materials_of(record, &own) else { return };
+        let Some(transform) = self.transform(&record.transform, shape) else { return };
+        let name = match &record.name {
+            Some(name) => name.value.clone(),
+            None => format!("object {}", self.parts.objects.len() + 1),
+        };
+        self.parts.objects.push(Object { name, shape, transform, materials });
+    }
+
+    /// The object's own material for all faces, or the file's materials, or grey.
+    fn materials_of(&mut self, record: &ObjectRecord, own: &[usize]) -> Option<Vec<usize>> {
+        let index = match &record.material {
+            Some(name) => match self.materials.get(name.value.as_str()) {
+                Some(index) => *index,
+                None => {
+                    let error = Diagnostic::error(format!("no material is called `{}`", name.value));
+                    self.loader.findings.push(error.at(name.origin.clone()));
+                    return None;
+                }
+            },
+            None if !own.is_empty() => return Some(own.to_vec()),
+            None => self.grey(),
+        };
+        Some(vec![index; own.len().max(1)])
+    }
+
+    fn grey(&mut self) -> usize {
+        let materials = &mut self.parts.materials;
+        *self.default_material.get_or_insert_with(|| {
+            materials.push(crate::read::default_material());
+            materials.len() - 1
+        })
+    }
+
+    /// Adds a sphere, rectangle, box or disk; `None` for meshes, which the loader adds. Those with the same numbers share one copy if they are `moved` by transforms;
+    /// rectangles do not, since a light is sampled best where its corners are known in the world.
+    fn simple_shape(&mut self, record: &ShapeRecord, moved: bool) -> Option<MeshRef> {
+        let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        let (key, geometry) = match *record {
+            ShapeRecord::Sphere { center, radius } => {
+                let [x, y, z] = center.to_array();
+                (Some(("sphere", bits(&[x, y, z, radius]))), Shape::Sphere { center, radius })
+            }
+            ShapeRecord::Box { min, max } => {
+                let numbers = [min.to_array(), max.to_array()].concat();
+                (Some(("box", bits(&numbers))), Shape::Mesh(geometry::cuboid(min, max)))
+            }
+            ShapeRecord::Disk { radius, segments } => {
+                let key = ("disk", bits(&[radius, f64::from(segments)]));
+                (Some(key), Shape::Mesh(geometry::disk(radius, segments)))
+            }
+            ShapeRecord::Rectangle { corner, u, v } => (None, Shape::Rectangle { corner, u, v }),
+            ShapeRecord::Mesh(_) | ShapeRecord::File(_) => return None,
+        };
+        let new = self.parts.shapes.len();
+        let shape = match key.filter(|_| moved) {
+            Some(key) => *self.shared.entry(key).or_insert(new),
+            None => new,
+        };
+        if shape == new {
+            self.parts.shapes.push(geometry);
+        }
+        Some(MeshRef { shape, materials: Vec::new() })
+    }
+
+    /// The steps composed.
+    fn transform(&mut self, steps: &[Located<Step>], shape: usize) -> Option<DAffine3> {
+        let mut transform = DAffine3::IDENTITY;
+        for located in steps {
+            if let (Step::Relocate(_), Shape::Mesh(mesh)) = (&located.value, &self.parts.shapes[shape]) {
+                self.relocated = self.relocated.saturating_add(mesh.positions.len());
+                if self.relocated > self.limits.relocated_vertices {
+                    let message = "too many `relocate` steps of large meshes";
+                    self.loader.findings.push(Diagnostic::error(message).at(located.origin.clone()));
+                    return None;
+                }
+            }
+            let so_far = transform;
+            let lowest = || match &self.parts.shapes[shape] {
+                Shape::Mesh(mesh) => geometry::lowest_of_mesh(mesh, &so_far),
+                Shape::Sphere { center, radius } => geometry::lowest_of_sphere(*center, *radius, &so_far),
+                Shape::Rectangle { corner, u, v } => geometry::lowest_of_rectangle(*corner, *u, *v, &so_far),
+            };
+            transform = geometry::step(&located.value, lowest) * so_far;
+            if !transform.is_finite() || !usable(&transform) {
+                let message = "the transform is too large, or flattens the object";
+                self.loader.findings.push(Diagnostic::error(message).at(located.origin.clone()));
+                return None;
+            }
+        }
+        Some(transform)
+    }
+}
+
+/// True if single precision can hold a transform and its inverse.
+fn usable(transform: &DAffine3) -> bool {
+    const LARGEST: f64 = 1e18;
+    let small = |m: &DAffine3| m.to_cols_array().iter().all(|x| x.abs() < LARGEST);
+    let determinant = transform.matrix3.determinant();
+    let axes = transform.matrix3.to_cols_array_2d().map(glam::DVec3::from_array);
+    let volume = axes.iter().map(|a| a.length()).product::<f64>();
+    small(transform) && determinant.abs() > 1e-12 * volume && small(&transform.inverse())
+}

@@ -1,0 +1,259 @@
+//! A scene as it was written down: plain named records, each with its origin. Nothing is built and no file but the scene
+//! file has been read.
+
+use crate::Origin;
+use etendue::{
+    film::Aov,
+    integrator::Integrator,
+    material::Material,
+    math::DVec3,
+    sampling::{Filter, Sampler},
+    scene::{Mesh, PointLight},
+    spectrum::Spectrum,
+    tonemap::ToneCurve,
+};
+use etendue_accel::AcceleratorKind;
+use std::path::PathBuf;
+
+/// A value and where it was written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Located<T> {
+    /// The value.
+    pub value: T,
+    /// Its place.
+    pub origin: Origin,
+}
+
+/// Everything that a scene file says, defaults filled in.
+#[derive(Clone, Debug)]
+pub struct SceneDescription {
+    /// Where relative file names start.
+    pub folder: PathBuf,
+    /// The view.
+    pub camera: CameraRecord,
+    /// The picture.
+    pub film: FilmRecord,
+    /// Random numbers.
+    pub sampler: SamplerRecord,
+    /// Light transport.
+    pub integrator: IntegratorRecord,
+    /// Ray traversal.
+    pub accelerator: AcceleratorKind,
+    /// Constant radiance from all directions.
+    pub environment: Option<Spectrum>,
+    /// Materials, by name.
+    pub materials: Vec<MaterialRecord>,
+    /// Shared geometry, by name.
+    pub meshes: Vec<MeshRecord>,
+    /// Things in the scene, in the order of the file.
+    pub objects: Vec<ObjectRecord>,
+    /// Lights without extent.
+    pub lights: Vec<Located<PointLight>>,
+}
+
+/// The view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraRecord {
+    /// Centre of projection, metres.
+    pub position: DVec3,
+    /// What it looks at.
+    pub view: View,
+    /// Up in the picture.
+    pub up: DVec3,
+    /// How points of the image become rays.
+    pub lens: Lens,
+    /// Where the camera is described.
+    pub origin: Origin,
+}
+
+/// What a camera looks at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum View {
+    /// A point, metres.
+    LookAt(DVec3),
+    /// A direction of any length but 0.
+    Direction(DVec3),
+}
+
+/// Which side of the image a field of view spans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FovAxis {
+    /// The width.
+    X,
+    /// The height.
+    Y,
+    /// The shorter side.
+    Smaller,
+    /// The longer side.
+    Larger,
+}
+
+/// How points of the image become rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lens {
+    /// A pinhole or thin lens.
+    Perspective {
+        /// Degrees, in (0, 180).
+        fov: f64,
+        /// The side that `fov` spans.
+        axis: FovAxis,
+        /// Metres; 0 is a pinhole.
+        radius: f64,
+        /// Metres along the view axis; absent: the distance to the point looked at.
+        focus: Option<f64>,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Height of the image, metres.
+        height: f64,
+    },
+}
+
+/// The picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmRecord {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Part that is rendered: x0, y0 inclusive, x1, y1 exclusive, pixels from the top left of the whole.
+    pub crop: Option<Located<[u32; 4]>>,
+    /// Reconstruction.
+    pub filter: Filter,
+    /// Stops: the picture is multiplied by 2 to this power where it becomes 8 bits.
+    pub exposure: f32,
+    /// Tone curve of 8-bit pictures.
+    pub tonemap: ToneCurve,
+    /// Layers beside the colour.
+    pub aovs: Vec<Aov>,
+}
+
+/// Random numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SamplerRecord {
+    /// Where they come from.
+    pub sampler: Sampler,
+    /// Samples per pixel.
+    pub spp: u32,
+    /// The seed.
+    pub seed: u64,
+}
+
+/// Light transport.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IntegratorRecord {
+    /// The estimator.
+    pub integrator: Integrator,
+    /// Most edges of a path, the camera segment included; absent: no limit.
+    pub depth: Option<u32>,
+}
+
+/// A material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialRecord {
+    /// The material, with its name.
+    pub material: Material,
+    /// Where its name is.
+    pub origin: Origin,
+}
+
+/// Shared geometry.
+#[derive(Clone, Debug)]
+pub struct MeshRecord {
+    /// Its name.
+    pub name: String,
+    /// Where the vertices are.
+    pub source: MeshSource,
+    /// Where its name is.
+    pub origin: Origin,
+}
+
+/// Where the vertices of a mesh are.
+#[derive(Clone, Debug)]
+pub enum MeshSource {
+    /// In a file; relative to [`SceneDescription::folder`].
+    File(Located<PathBuf>),
+    /// Here.
+    Inline(Mesh),
+}
+
+/// A thing in the scene.
+#[derive(Clone, Debug)]
+pub struct ObjectRecord {
+    /// Its name, if it has one.
+    pub name: Option<Located<String>>,
+    /// Its geometry.
+    pub shape: ShapeRecord,
+    /// Name of its material; absent: the mesh file's own, or plain grey.
+    pub material: Option<Located<String>>,
+    /// Applied in order.
+    pub transform: Vec<Located<Step>>,
+    /// Where the object is described.
+    pub origin: Origin,
+}
+
+/// Geometry of an object, before its transform.
+#[derive(Clone, Debug)]
+pub enum ShapeRecord {
+    /// A mesh of [`SceneDescription::meshes`].
+    Mesh(Located<String>),
+    /// A mesh file.
+    File(Located<PathBuf>),
+    /// A sphere.
+    Sphere {
+        /// Centre, metres.
+        center: DVec3,
+        /// Radius, metres.
+        radius: f64,
+    },
+    /// A parallelogram `corner + a u + b v`; its normal is along `u` x `v`.
+    Rectangle {
+        /// Corner, metres.
+        corner: DVec3,
+        /// First edge, metres.
+        u: DVec3,
+        /// Second edge, metres.
+        v: DVec3,
+    },
+    /// An axis-aligned box with its normals outward.
+    Box {
+        /// Lowest corner, metres.
+        min: DVec3,
+        /// Highest corner, metres.
+        max: DVec3,
+    },
+    /// A regular polygon about the origin in the plane z = 0, its normal +z.
+    Disk {
+        /// Radius of the disk that has its area, metres.
+        radius: f64,
+        /// Its corners.
+        segments: u32,
+    },
+}
+
+/// One step of a transform.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// Moves by a vector, metres.
+    Translate(DVec3),
+    /// Turns about an axis through the origin, right-handed.
+    Rotate {
+        /// Unit length.
+        axis: DVec3,
+        /// Degrees.
+        angle: f64,
+    },
+    /// Stretches along the axes; no factor is 0.
+    Scale(DVec3),
+    /// An affine map, three rows of four.
+    Matrix([f64; 12]),
+    /// Puts the origin at `position` and turns +z towards `target`, +y as near to `up` as can be.
+    LookAt {
+        /// Metres.
+        position: DVec3,
+        /// Metres.
+        target: DVec3,
+        /// Any length but 0.
+        up: DVec3,
+    },
+    /// Moves the lowest corner of the bounding box of the object, as transformed so far, to a point.
+    Relocate(DVec3),
+}

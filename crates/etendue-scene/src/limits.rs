@@ -1,0 +1,28 @@
+//! Bounds on what one scene may take, checked before memory is.
+
+/// Bounds on the input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of a scene file. Its tree takes up to eighty times its size in memory.
+    pub scene_bytes: u64,
+    /// Bytes of one mesh file, compressed or not.
+    pub file_bytes: u64,
+    /// Bytes of one material library.
+    pub library_bytes: u64,
+    /// Triangles in all meshes together, each counted once however many objects share it.
+    pub triangles: usize,
+    /// Vertices of which boxes are taken for `relocate`, in all objects together.
+    pub relocated_vertices: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            scene_bytes: 16 << 20,
+            file_bytes: 8 << 30,
+            library_bytes: 64 << 20,
+            triangles: 1 << 28,
+            relocated_vertices: 1 << 32,
+        }
+    }
+}

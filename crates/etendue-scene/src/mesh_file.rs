@@ -1,0 +1,183 @@
+//! What a mesh file holds, whatever its format, and reading one by its path.
+
+use crate::{Diagnostic, Diagnostics, FileId, Origin, SourceError, SourceMap, Span, gzip, obj, ply};
+use etendue::{
+    material::{Material, Scattering},
+    scene::Mesh,
+    spectrum::Spectrum,
+};
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// A mesh file that was read.
+#[derive(Clone, Debug)]
+pub struct MeshFile {
+    /// One mesh with only finite positions and only valid indices. [`Mesh::face_materials`] indexes `materials`; it is
+    /// absent if all faces have material 0, or the file names none.
+    ///
+    /// [`Mesh::origin`] is exactly zero, except on axes where the mesh lies many times its own size away from the file's
+    /// origin, so that `f32` keeps its detail there.
+    pub mesh: Mesh,
+    /// The materials that faces use, in the order of first use; empty if the file names none.
+    pub materials: Vec<NamedMaterial>,
+    /// Named runs of faces, in the order of the file.
+    pub groups: Vec<Group>,
+    /// What was approximated, skipped or ignored: no errors.
+    pub notes: Diagnostics,
+}
+
+/// A material that a mesh file names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedMaterial {
+    /// As in the file; empty for faces that name none in a file where others do.
+    pub name: String,
+    /// What it means here. A name that nothing defines gets [`MeshFile::default_material`].
+    pub material: Material,
+    /// Where it is defined; if it is not, where it is first used.
+    pub origin: Option<Origin>,
+}
+
+/// A run of faces with one name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// Name of the object (OBJ `o`), if there is one.
+    pub object: Option<String>,
+    /// Names of the group (OBJ `g`) as written, if there are any.
+    pub group: Option<String>,
+    /// Its faces (triangles) in [`MeshFile::mesh`].
+    pub faces: Range<usize>,
+}
+
+/// A material library that was opened.
+#[derive(Clone, Debug)]
+pub struct Library {
+    /// Its place in the source map.
+    pub file: FileId,
+    /// Its bytes.
+    pub bytes: Arc<Vec<u8>>,
+    /// What had to be forgiven in its name.
+    pub note: Option<String>,
+}
+
+/// Finds a material library by the name that a mesh file gives.
+pub type OpenLibrary<'a> = &'a mut dyn FnMut(&str) -> Result<Library, SourceError>;
+
+impl MeshFile {
+    /// What faces without a (known) material are made of: grey, half of the light reflected.
+    pub fn default_material(name: &str) -> Material {
+        Material {
+            name: name.to_owned(),
+            scattering: Scattering::Diffuse { reflectance: Spectrum::splat(0.5), transmittance: Spectrum::BLACK },
+            emission: None,
+            opacity: 1.0,
+        }
+    }
+}
+
+/// Formats of mesh files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// Wavefront OBJ, with its material libraries.
+    Obj,
+    /// Stanford PLY.
+    Ply,
+}
+
+impl MeshFormat {
+    /// All formats, with the endings of their files; `.gz` may follow each.
+    pub const ALL: [(MeshFormat, &'static str); 2] = [(MeshFormat::Obj, "obj"), (MeshFormat::Ply, "ply")];
+
+    /// By a path's ending, whatever its case.
+    pub fn of_path(path: &Path) -> Option<Self> {
+        let ending = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let last = ending(path)?;
+        let last = if last == "gz" { ending(Path::new(path.file_stem()?))? } else { last };
+        Self::ALL.into_iter().find(|(_, name)| *name == last).map(|(format, _)| format)
+    }
+}
+
+/// Limits of what is read for one mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshLimits {
+    /// Most bytes of a file, compressed or not.
+    pub file: u64,
+    /// Most bytes of a material library.
+    pub library: u64,
+}
+
+impl Default for MeshLimits {
+    fn default() -> Self {
+        Self { file: 8 << 30, library: 64 << 20 }
+    }
+}
+
+/// Reads a mesh file that is in the source map, gzipped or not; its format comes from its path. Material libraries are
+/// looked for beside it and added to the source map. A gzipped file is added once more, decompressed, since places in
+/// messages are places in that.
+///
+/// # Errors
+/// An unknown ending, broken or too large gzip data, and whatever the format's reader finds; see [`crate::obj::read`] and
+/// [`crate::ply::read`].
+pub fn read(sources: &mut SourceMap, file: FileId, limits: &MeshLimits) -> Result<MeshFile, Diagnostics> {
+    let path = sources.path(file).to_owned();
+    let Some(format) = MeshFormat::of_path(&path) else {
+        let message = format!("{} is not of a kind that is read: .obj, .ply, and .gz of these", path.display());
+        return Err(fatal(&message, file));
+    };
+    let mut file = file;
+    let mut bytes = sources.bytes(file);
+    if gzip::is_gzip(&bytes) {
+        let plain = gzip::decompress(&bytes, limits.file).map_err(|error| fatal(&error.to_string(), file))?;
+        file = sources.insert(&path, plain).map_err(|error| fatal(&error.to_string(), file))?;
+        bytes = sources.bytes(file);
+    }
+    match format {
+        MeshFormat::Ply => ply::read(&bytes, file),
+        MeshFormat::Obj => {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            obj::read(&bytes, file, &mut |name| open_library(sources, folder, name, limits.library))
+        }
+    }
+}
+
+/// One error about a whole file.
+pub(crate) fn fatal(message: &str, file: FileId) -> Diagnostics {
+    let mut found = Diagnostics::new();
+    found.push(Diagnostic::error(message).at(Span::new(file, 0..0)));
+    found
+}
+
+/// Opens a material library by the name that a mesh file in `folder` gives, forgiving backslashes, differences of case, and
+/// folders that do not exist here.
+fn open_library(sources: &mut SourceMap, folder: &Path, name: &str, limit: u64) -> Result<Library, SourceError> {
+    let direct = folder.join(name);
+    let slashed = folder.join(name.replace('\\', "/"));
+    let beside = slashed.file_name().map(|file| folder.join(file));
+    let candidates = [Some(direct.clone()), Some(slashed), beside];
+    let found = candidates.iter().flatten().find(|path| path.is_file()).cloned();
+    let found = found.or_else(|| candidates.iter().flatten().find_map(|path| ignoring_case(path)));
+    // Of what is no ordinary file, only the error is wanted: reading a pipe could wait for ever.
+    let path = match found {
+        Some(path) => path,
+        None if direct.is_dir() => return Err(SourceError::IsDirectory(direct)),
+        None => return Err(SourceError::NotFound(direct)),
+    };
+    let file = sources.read(&path, limit)?;
+    let note = (path != direct).then(|| format!("`{name}` read from {}", path.display()));
+    Ok(Library { file, bytes: sources.bytes(file), note })
+}
+
+/// Entries of a folder that are looked at.
+const MOST_ENTRIES: usize = 100_000;
+
+/// A file in the same folder whose name differs only in case, the first by name.
+fn ignoring_case(path: &Path) -> Option<PathBuf> {
+    let wanted = path.file_name()?.to_string_lossy().to_lowercase();
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(parent).ok()?.take(MOST_ENTRIES).flatten();
+    let names = entries.map(|entry| entry.file_name()).filter(|name| name.to_string_lossy().to_lowercase() == wanted);
+    names.map(|name| path.with_file_name(name)).filter(|path| path.is_file()).min()
+}

@@ -1,0 +1,209 @@
+//! The materials that an OBJ file's faces use.
+
+use super::statements::{NONE, Statements};
+use crate::{
+    Diagnostic, Diagnostics, FileId, Severity, Span,
+    mesh_file::{MeshFile, NamedMaterial, OpenLibrary},
+    mtl,
+    text::shown,
+};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ops::Range,
+};
+
+/// Most libraries that one file may open.
+const MOST_LIBRARIES: usize = 64;
+
+/// Names of `mtllib` that stand in one line are joined if this many or fewer words would have to be.
+const MOST_WORDS: usize = 64;
+
+struct Libraries<'a> {
+    open: OpenLibrary<'a>,
+    tried: BTreeSet<String>,
+    /// By name; the first definition counts.
+    materials: BTreeMap<String, NamedMaterial>,
+    missing: bool,
+    found: Diagnostics,
+}
+
+/// The materials that faces use, in the order of first use, and the index of each of the file's numbers among them.
+pub(super) struct Used {
+    pub materials: Vec<NamedMaterial>,
+    index: BTreeMap<u32, u32>,
+}
+
+impl Used {
+    pub fn index_of(&self, number: u32) -> u32 {
+        self.index[&number]
+    }
+}
+
+/// Reads the libraries and looks up what the faces use. Findings go to `found`, those of the libraries included.
+pub(super) fn resolve(
+    statements: &Statements,
+    bytes: &[u8],
+    file: FileId,
+    open: OpenLibrary,
+    found: &mut Diagnostics,
+) -> Used {
+    let mut libraries = Libraries {
+        open,
+        tried: BTreeSet::new(),
+        materials: BTreeMap::new(),
+        missing: false,
+        found: Diagnostics::new(),
+    };
+    for range in &statements.libraries {
+        libraries.add_line(bytes, file, range.clone());
+    }
+    let used = libraries.look_up(statements);
+    found.append(libraries.found);
+    used
+}
+
+impl Libraries<'_> {
+    /// One `mtllib` line: the name of one library that may hold blanks, or several names.
+    fn add_line(&mut self, bytes: &[u8], file: FileId, range: Range<usize>) {
+        let line = &bytes[range.clone()];
+        if line.is_empty() {
+            self.found.push(Diagnostic::warning("`mtllib` without a name").at(Span::new(file, range)));
+            return;
+        }
+        let several = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).nth(1).is_some();
+        if self.add(line, Span::new(file, range.clone()), several) || !several {
+            return;
+        }
+        for name in split_names(line) {
+            let at = range.start + name.start..range.start + name.end;
+            self.add(&line[name], Span::new(file, at), false);
+        }
+    }
+
+    /// Opens a library; true if that succeeded, now or before.
+    fn add(&mut self, name: &[u8], place: Span, may_fail: bool) -> bool {
+        let name = String::from_utf8_lossy(name).into_owned();
+        if self.tried.contains(&name) {
+            return true;
+        }
+        if self.tried.len() == MOST_LIBRARIES {
+            if !std::mem::replace(&mut self.missing, true) {
+                let message = format!("more than {MOST_LIBRARIES} material libraries: the rest is not read");
+                self.found.push(Diagnostic::warning(message).at(place));
+            }
+            return true;
+        }
+        match (self.open)(&name) {
+            Ok(library) => {
+                let (materials, found) = mtl::read(&library.bytes, library.file);
+                self.found.extend(library.note.map(|note| Diagnostic::note(note).at(place)));
+                self.found.append(found);
+                for material in materials {
+                    self.define(material);
+                }
+                self.tried.insert(name);
+                true
+            }
+            Err(_) if may_fail => false,
+            Err(error) => {
+                self.missing = true;
+                self.found.push(
+                    Diagnostic::warning(error.to_string()).at(place).label("its materials are replaced by grey ones"),
+                );
+                self.tried.insert(name);
+                false
+            }
+        }
+    }
+
+    fn define(&mut self, material: NamedMaterial) {
+        match self.materials.entry(material.name.clone()) {
+            std::collections::btree_map::Entry::Vacant(entry) => {
+                entry.insert(material);
+            }
+            std::collections::btree_map::Entry::Occupied(_) => {
+                let warning = Diagnostic::warning(format!("material `{}` is defined again", material.name));
+                let warning = warning.label("the first definition counts");
+                self.found.push(match material.origin {
+                    Some(origin) => warning.at(origin),
+                    None => warning,
+                });
+            }
+        }
+    }
+
+    fn look_up(&mut self, statements: &Statements) -> Used {
+        let mut used = Used { materials: vec![], index: BTreeMap::new() };
+        for &(_, number) in &statements.materials.runs {
+            let next = used.materials.len() as u32;
+            if used.index.contains_key(&number) {
+                continue;
+            }
+            used.index.insert(number, next);
+            used.materials.push(match statements.material_names.get(number as usize) {
+                Some(&(name, place)) => self.material(name, place),
+                None => NamedMaterial { name: String::new(), material: MeshFile::default_material(""), origin: None },
+            });
+        }
+        if statements.materials.runs.iter().all(|(_, number)| *number == NONE) {
+            used.materials.clear();
+        }
+        used
+    }
+
+    fn material(&mut self, name: &[u8], place: Span) -> NamedMaterial {
+        let text = String::from_utf8_lossy(name).into_owned();
+        if let Some(material) = self.materials.get(&text) {
+            return material.clone();
+        }
+        // With the only library missing that was said already; its materials need not be said one by one.
+        let said = self.missing && self.materials.is_empty();
+        if !said && !self.found.is_full(Severity::Warning) {
+            let warning = Diagnostic::warning(format!("material `{}` is not defined", shown(name)));
+            let warning = warning.at(place).label("a grey one is used");
+            let names = self.materials.keys().map(String::as_str);
+            self.found.push(if self.materials.is_empty() {
+                warning.help("the file needs a line `mtllib FILE.mtl` that names its material library")
+            } else {
+                warning.suggest(&text, names)
+            });
+        }
+        NamedMaterial { material: MeshFile::default_material(&text), name: text, origin: Some(place.into()) }
+    }
+}
+
+/// Cuts a line into names that end in `.mtl`, so that names may hold blanks; what is left at the end is a name as well.
+fn split_names(line: &[u8]) -> Vec<Range<usize>> {
+    let mut names = vec![];
+    let mut start = None;
+    let mut at = 0;
+    for word in line.split(u8::is_ascii_whitespace).take(MOST_WORDS) {
+        let range = at..at + word.len();
+        at = range.end + 1;
+        if word.is_empty() {
+            continue;
+        }
+        let first = *start.get_or_insert(range.start);
+        if word.len() >= 4 && word[word.len() - 4..].eq_ignore_ascii_case(b".mtl") {
+            names.push(first..range.end);
+            start = None;
+        }
+    }
+    if let Some(first) = start {
+        names.push(first..line.len().min(at));
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::split_names;
+
+    #[test]
+    fn names_end_in_mtl() {
+        let split =
+            |line: &str| split_names(line.as_bytes()).into_iter().map(|r| line[r].to_owned()).collect::<Vec<_>>();
+        assert_eq!(split("a.mtl  my own.MTL b c"), ["a.mtl", "my own.MTL", "b c"]);
+        assert_eq!(split("one"), ["one"]);
+    }
+}

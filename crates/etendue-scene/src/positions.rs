@@ -1,0 +1,63 @@
+//! From the `f64` coordinates of a file to `f32` about a local origin.
+
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Larger coordinates are refused, so that squares of lengths stay finite in `f32`.
+pub(crate) const LARGEST: f64 = 1e18;
+
+/// A mesh that lies further away than this many times its size gets a local origin.
+const FAR: f64 = 4.0;
+
+/// The origin for coordinates within these bounds: on each axis the middle, rounded to `f32`, if the coordinates there are
+/// large compared with the mesh, so that `f32` keeps its detail; otherwise exactly zero, so that meshes of several files
+/// that meet keep meeting.
+fn local_origin(min: DVec3, max: DVec3) -> DVec3 {
+    let size = (max - min).max_element();
+    let axis = |min: f64, max: f64| {
+        let far = min.abs().max(max.abs()) > FAR * size && size > 0.0;
+        if far { f64::from((0.5 * (min + max)) as f32) } else { 0.0 }
+    };
+    DVec3::new(axis(min.x, max.x), axis(min.y, max.y), axis(min.z, max.z))
+}
+
+/// Origin and rounded positions. Equal positions stay equal by bits.
+pub(crate) fn localise<I>(positions: I) -> (DVec3, Arc<[[f32; 3]]>)
+where
+    I: Iterator<Item = DVec3> + Clone,
+{
+    let bounds = positions.clone().fold(None, |bounds: Option<(DVec3, DVec3)>, p| {
+        Some(bounds.map_or((p, p), |(min, max)| (min.min(p), max.max(p))))
+    });
+    let origin = bounds.map_or(DVec3::ZERO, |(min, max)| local_origin(min, max));
+    (origin, positions.map(|p| (p - origin).as_vec3().to_array()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+
+    #[test]
+    fn near_meshes_keep_their_coordinates() {
+        let points = [dvec3(3.1, -1.0, 0.0), dvec3(4.1, -1.0, 1.0)];
+        let (origin, positions) = localise(points.iter().copied());
+        assert_eq!(origin, dvec3(f64::from(3.6f32), 0.0, 0.0));
+        assert_eq!(positions[1][1..], [-1.0, 1.0]);
+        let (origin, positions) = localise(points.map(|p| p - dvec3(2.0, 0.0, 0.0)).into_iter());
+        assert_eq!(origin, DVec3::ZERO);
+        assert_eq!(positions[0][0], (3.1f64 - 2.0) as f32);
+        assert_eq!(localise(std::iter::empty()), (DVec3::ZERO, Arc::from([])));
+    }
+
+    #[test]
+    fn meshes_ten_kilometres_away_keep_their_detail() {
+        let detail = |i: u32| dvec3(10_000.0 + 0.000_1 * f64::from(i), 7_000.0, -12_345.678_9 + 0.000_1 * f64::from(i));
+        let points: Vec<DVec3> = (0..10_000).map(detail).collect();
+        let (origin, positions) = localise(points.iter().copied());
+        for (p, q) in points.iter().zip(positions.iter()) {
+            let q = origin + DVec3::from(q.map(f64::from));
+            assert!((*p - q).abs().max_element() < 1e-7, "{p} {q}");
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The keys of scene files: one list that the reader checks against and the manual is tested against.
+
+/// One key of a section.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// As written.
+    pub name: &'static str,
+    /// Values of the section's `type` (`shape` of objects) that use it; empty: all.
+    pub types: &'static [&'static str],
+}
+
+/// A table of the scene file.
+#[derive(Debug)]
+pub struct Section {
+    /// As the manual and messages call it.
+    pub name: &'static str,
+    /// The keys it may have.
+    pub keys: &'static [Key],
+}
+
+impl Section {
+    /// The key with this name.
+    pub fn key(&self, name: &str) -> Option<&'static Key> {
+        self.keys.iter().find(|k| k.name == name)
+    }
+}
+
+/// A key of all types.
+const fn all(name: &'static str) -> Key {
+    Key { name, types: &[] }
+}
+
+/// A key of some types.
+const fn of(name: &'static str, types: &'static [&'static str]) -> Key {
+    Key { name, types }
+}
+
+/// The file itself.
+pub static FILE: Section = Section {
+    name: "the scene file",
+    keys: &[
+        all("camera"),
+        all("film"),
+        all("sampler"),
+        all("integrator"),
+        all("accelerator"),
+        all("environment"),
+        all("materials"),
+        all("meshes"),
+        all("objects"),
+        all("lights"),
+    ],
+};
+
+/// The view.
+pub static CAMERA: Section = Section {
+    name: "[camera]",
+    keys: &[
+        all("type"),
+        all("position"),
+        all("look_at"),
+        all("direction"),
+        all("up"),
+        of("fov", &["perspective"]),
+        of("fov_axis", &["perspective"]),
+        of("lens_radius", &["perspective"]),
+        of("focus_distance", &["perspective"]),
+        of("height", &["orthographic"]),
+    ],
+};
+
+/// The picture.
+pub static FILM: Section = Section {
+    name: "[film]",
+    keys: &[all("size"), all("filter"), all("crop"), all("exposure"), all("tonemap"), all("aovs")],
+};
+
+/// Reconstruction.
+pub static FILTER: Section =
+    Section { name: "film.filter", keys: &[all("type"), all("radius"), of("sigma", &["gaussian"])] };
+
+/// Random numbers.
+pub static SAMPLER: Section = Section { name: "[sampler]", keys: &[all("type"), all("spp"), all("seed")] };
+
+/// Light transport.
+pub static INTEGRATOR: Section = Section {
+    name: "[integrator]",
+    keys: &[all("type"), of("depth", &["path", "light-split", "brute"]), of("distance", &["ao"])],
+};
+
+/// Ray traversal.
+pub static ACCELERATOR: Section = Section { name: "[accelerator]", keys: &[all("type"), of("split", &["kdtree"])] };
+
+/// Light from infinity.
+pub static ENVIRONMENT: Section = Section { name: "[environment]", keys: &[all("radiance")] };
+
+/// A material.
+pub static MATERIAL: Section = Section {
+    name: "[materials.NAME]",
+    keys: &[
+        all("type"),
+        all("emission"),
+        all("opacity"),
+        of("reflectance", &["diffuse", "mirror"]),
+        of("transmittance", &["diffuse"]),
+        of("ior", &["glass", "rough-glass", "mtl"]),
+        of("reflection_tint", &["glass", "rough-glass"]),
+        of("transmission_tint", &["glass", "rough-glass"]),
+        of("thin", &["glass"]),
+        of("metal", &["rough-metal"]),
+        of("eta", &["rough-metal"]),
+        of("k", &["rough-metal"]),
+        of("tint", &["rough-metal"]),
+        of("alpha", &["rough-metal", "rough-glass", "mtl"]),
+        of("diffuse", &["mtl"]),
+        of("specular", &["mtl"]),
+        of("transmission", &["mtl"]),
+    ],
+};
+
+/// What a material emits.
+pub static EMISSION: Section = Section { name: "emission", keys: &[all("radiance"), all("two_sided")] };
+
+/// Geometry to be shared.
+pub static MESH: Section = Section {
+    name: "[meshes.NAME]",
+    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs")],
+};
+
+/// A thing in the scene.
+pub static OBJECT: Section = Section {
+    name: "[[objects]]",
+    keys: &[
+        all("shape"),
+        all("name"),
+        all("material"),
+        all("transform"),
+        of("mesh", &["mesh"]),
+        of("file", &["mesh"]),
+        of("center", &["sphere"]),
+        of("radius", &["sphere", "disk"]),
+        of("size", &["rectangle", "box"]),
+        of("corner", &["rectangle"]),
+        of("u", &["rectangle"]),
+        of("v", &["rectangle"]),
+        of("min", &["box"]),
+        of("max", &["box"]),
+        of("segments", &["disk"]),
+    ],
+};
+
+/// One step of a transform.
+pub static STEP: Section = Section {
+    name: "a step of transform",
+    keys: &[all("translate"), all("rotate"), all("scale"), all("matrix"), all("look_at"), all("relocate")],
+};
+
+/// A rotation.
+pub static ROTATE: Section = Section { name: "rotate", keys: &[all("axis"), all("angle")] };
+
+/// A placement by aim.
+pub static LOOK_AT: Section = Section { name: "look_at", keys: &[all("position"), all("target"), all("up")] };
+
+/// A light without extent.
+pub static LIGHT: Section = Section { name: "[[lights]]", keys: &[all("type"), all("position"), all("intensity")] };
+
+/// Every section, in the order of the manual.
+pub static SECTIONS: [&Section; 16] = [
+    &FILE,
+    &CAMERA,
+    &FILM,
+    &FILTER,
+    &SAMPLER,
+    &INTEGRATOR,
+    &ACCELERATOR,
+    &ENVIRONMENT,
+    &MATERIAL,
+    &EMISSION,
+    &MESH,
+    &OBJECT,
+    &STEP,
+    &ROTATE,
+    &LOOK_AT,
+    &LIGHT,
+];

@@ -1,0 +1,151 @@
+//! `[materials.NAME]`.
+
+use super::{
+    fields::{Fields, Item},
+    keys,
+    values::Bounds,
+};
+use crate::{diagnostic::Diagnostic, value::Data};
+use etendue::{
+    bsdf::metals,
+    material::{Emission, Material, Scattering},
+    spectrum::Spectrum,
+};
+
+/// Indices of refraction that make sense, relative.
+const IOR: Bounds = Bounds::within(0.1, 10.0);
+const DEFAULT_IOR: f32 = 1.5;
+const DEFAULT_ALPHA: f32 = 0.1;
+/// Components of a metal's complex index of refraction.
+const METAL: Bounds = Bounds::within(0.0, 100.0);
+
+/// Grey, for objects without a material.
+pub fn default_material() -> Material {
+    material_named("", Scattering::Diffuse { reflectance: Spectrum::splat(0.5), transmittance: Spectrum::BLACK })
+}
+
+fn material_named(name: &str, scattering: Scattering) -> Material {
+    Material { name: name.to_owned(), scattering, emission: None, opacity: 1.0 }
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Diffuse,
+    Mirror,
+    Glass,
+    RoughMetal,
+    RoughGlass,
+    Mtl,
+    Black,
+}
+
+const KINDS: [(&str, Kind); 7] = [
+    ("diffuse", Kind::Diffuse),
+    ("mirror", Kind::Mirror),
+    ("glass", Kind::Glass),
+    ("rough-metal", Kind::RoughMetal),
+    ("rough-glass", Kind::RoughGlass),
+    ("mtl", Kind::Mtl),
+    ("black", Kind::Black),
+];
+
+/// A material; what could not be read has been reported and is replaced by something.
+pub fn material(item: Item, name: &str) -> Material {
+    let mut material = default_material();
+    material.name = name.to_owned();
+    let Some(mut fields) = item.table(&keys::MATERIAL, "[materials.NAME]") else { return material };
+    if let Some(kind) = fields.variant("type", &KINDS, None) {
+        material.scattering = scattering(&fields, kind).unwrap_or(material.scattering);
+    }
+    material.emission = fields.read("emission", emission);
+    material.opacity = fields.read("opacity", |i| i.number_f32(Bounds::UNIT)).unwrap_or(1.0);
+    if let Err(error) = material.validate() {
+        let origin = fields.key_origin(error.parameter()).unwrap_or(fields.origin);
+        item.cx.push(Diagnostic::error(error.to_string()).at(origin.clone()));
+    }
+    fields.finish();
+    material
+}
+
+fn scattering(fields: &Fields, kind: Kind) -> Option<Scattering> {
+    let albedo = |key, default| fields.read(key, |i| i.colour(Bounds::UNIT)).unwrap_or(Spectrum::splat(default));
+    let ior = || fields.read("ior", |i| i.number_f32(IOR)).unwrap_or(DEFAULT_IOR);
+    let alpha = |bounds: Bounds| fields.read("alpha", |i| i.number_f32(bounds)).unwrap_or(DEFAULT_ALPHA);
+    Some(match kind {
+        Kind::Diffuse => {
+            Scattering::Diffuse { reflectance: albedo("reflectance", 0.5), transmittance: albedo("transmittance", 0.0) }
+        }
+        Kind::Mirror => Scattering::Mirror { reflectance: albedo("reflectance", 1.0) },
+        Kind::Glass => Scattering::Glass {
+            ior: ior(),
+            reflection_tint: albedo("reflection_tint", 1.0),
+            transmission_tint: albedo("transmission_tint", 1.0),
+            thin: fields.read("thin", |i| i.boolean()).unwrap_or(false),
+        },
+        Kind::RoughMetal => {
+            let (tint, alpha) = (albedo("tint", 1.0), alpha(Bounds::UNIT.above()));
+            let (eta, k) = metal(fields)?;
+            Scattering::RoughMetal { eta, k, alpha, tint }
+        }
+        Kind::RoughGlass => Scattering::RoughGlass {
+            ior: ior(),
+            alpha: alpha(Bounds::UNIT.above()),
+            reflection_tint: albedo("reflection_tint", 1.0),
+            transmission_tint: albedo("transmission_tint", 1.0),
+        },
+        Kind::Mtl => Scattering::Mtl {
+            diffuse: albedo("diffuse", 0.0),
+            specular: albedo("specular", 0.0),
+            alpha: alpha(Bounds::UNIT),
+            transmission: albedo("transmission", 0.0),
+            ior: ior(),
+        },
+        Kind::Black => Scattering::Black,
+    })
+}
+
+/// `metal`, or `eta` and `k`.
+fn metal(fields: &Fields) -> Option<(Spectrum, Spectrum)> {
+    fields.exclusive("metal", "eta");
+    fields.exclusive("metal", "k");
+    let preset = fields.read("metal", |item| {
+        let name = item.text()?;
+        let found = metals::find(name);
+        if found.is_none() {
+            let error = Diagnostic::error(format!("no metal is called `{name}`")).at(item.value.origin.clone());
+            let names: Vec<&str> = metals::names().collect();
+            let label = format!("expected one of {}", super::fields::list(names.iter().copied()));
+            item.cx.push(error.label(label).suggest(name, names));
+        }
+        found
+    });
+    let component = |key| fields.get(key).map(|item| item.colour(METAL));
+    let (eta, k) = (component("eta"), component("k"));
+    match (fields.get("metal"), eta, k) {
+        (Some(_), ..) => preset.map(|m| (m.eta, m.k)),
+        (None, Some(eta), Some(k)) => Some((eta?, k?)),
+        (None, None, None) => {
+            fields.lacks("`metal`, or `eta` and `k`");
+            None
+        }
+        (None, Some(_), None) => {
+            fields.lacks("`k`");
+            None
+        }
+        (None, None, Some(_)) => {
+            fields.lacks("`eta`");
+            None
+        }
+    }
+}
+
+fn emission(item: Item) -> Option<Emission> {
+    if !matches!(item.value.data, Data::Table(_)) {
+        return Some(Emission { radiance: item.colour(Bounds::LIGHT)?, two_sided: false });
+    }
+    let fields = item.table(&keys::EMISSION, "{ radiance = 1 }")?;
+    let radiance = fields.need("radiance", |i| i.colour(Bounds::LIGHT));
+    let two_sided = fields.read("two_sided", |i| i.boolean()).unwrap_or(false);
+    fields.finish();
+    Some(Emission { radiance: radiance?, two_sided })
+}

@@ -1,0 +1,151 @@
+//! Scene files in TOML: bytes to a [`SceneDescription`], with every finding of one run.
+
+mod fields;
+pub mod keys;
+mod material;
+mod object;
+mod references;
+mod settings;
+mod toml_syntax;
+mod values;
+
+pub use material::default_material;
+pub use references::check_files;
+pub use values::{rotation, sin_cos_degrees};
+
+use crate::{
+    Diagnostic, Diagnostics, FileId, Span,
+    description::{Located, MaterialRecord, MeshRecord, SceneDescription},
+    value::{Data, Entry},
+};
+use etendue::scene::PointLight;
+use fields::{Context, Fields, Item};
+use std::{cell::RefCell, path::Path};
+use values::Bounds;
+
+/// Materials, meshes, objects and lights that a scene file may have, of each.
+pub const MAX_RECORDS: usize = 1 << 20;
+
+/// Reads the text of a scene file. `folder` is where its relative file names start. No other file is touched.
+/// A description comes back only if there are no errors.
+pub fn read_toml(file: FileId, bytes: &[u8], folder: &Path) -> (Option<SceneDescription>, Diagnostics) {
+    let (description, diagnostics) = read_any(file, bytes, folder);
+    (Some(description).filter(|_| !diagnostics.has_errors()), diagnostics)
+}
+
+/// Reads the text of a scene file; with errors, the description has something in the place of what could not be read.
+fn read_any(file: FileId, bytes: &[u8], folder: &Path) -> (SceneDescription, Diagnostics) {
+    let mut diagnostics = Diagnostics::new();
+    let (entries, damaged) = toml_syntax::read(file, bytes, &mut diagnostics);
+    let cx = Context { diagnostics: RefCell::new(diagnostics), damaged };
+    let description = scene(&cx, &entries, file, folder);
+    references::check(&cx, &description);
+    let mut diagnostics = cx.diagnostics.into_inner();
+    diagnostics.sort();
+    (description, diagnostics)
+}
+
+fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneDescription {
+    // What the file lacks as a whole is said at its start.
+    let origin = Span::new(file, 0..0).into();
+    let fields = Fields::new(cx, &keys::FILE, entries, &origin);
+    let description = SceneDescription {
+        folder: folder.to_owned(),
+        camera: fields.need("camera", settings::camera).unwrap_or_else(|| settings::any_camera(&origin)),
+        film: settings::film(&fields),
+        sampler: settings::sampler(&fields),
+        integrator: settings::integrator(&fields),
+        accelerator: settings::accelerator(&fields),
+        environment: settings::environment(&fields),
+        materials: fields.read("materials", materials).unwrap_or_default(),
+        meshes: fields.read("meshes", meshes).unwrap_or_default(),
+        objects: fields.read("objects", |item| records(item, "objects", object::object)).unwrap_or_default(),
+        lights: fields.read("lights", |item| records(item, "lights", light)).unwrap_or_default(),
+    };
+    fields.finish();
+    description
+}
+
+/// The named tables of `[materials]` or `[meshes]`.
+fn named<'a>(item: Item<'a>, kind: &str) -> Option<impl Iterator<Item = (&'a Entry, Item<'a>)>> {
+    let Data::Table(entries) = &item.value.data else {
+        return item.wrong_kind_help("a table of tables", &format!("[{kind}.NAME]"));
+    };
+    if entries.len() > MAX_RECORDS {
+        return item.error(format!("more than {MAX_RECORDS} {kind}"), "too many");
+    }
+    Some(entries.iter().map(move |entry| (entry, Item { cx: item.cx, name: &entry.key, value: &entry.value })))
+}
+
+fn materials(item: Item) -> Option<Vec<MaterialRecord>> {
+    let record = |(entry, item): (&Entry, Item)| MaterialRecord {
+        material: material::material(item, &entry.key),
+        origin: entry.origin.clone(),
+    };
+    Some(named(item, "materials")?.map(record).collect())
+}
+
+fn meshes(item: Item) -> Option<Vec<MeshRecord>> {
+    let record = |(entry, item): (&Entry, Item)| MeshRecord {
+        name: entry.key.clone(),
+        source: object::mesh_source(item),
+        origin: entry.origin.clone(),
+    };
+    Some(named(item, "meshes")?.map(record).collect())
+}
+
+/// The tables of `[[objects]]` or `[[lights]]`.
+fn records<'a, T>(item: Item<'a>, kind: &str, read: impl Fn(Item<'a>) -> Option<T>) -> Option<Vec<T>> {
+    let items = item.array_help("an array of tables", &format!("[[{kind}]]"))?;
+    if items.len() > MAX_RECORDS {
+        return item.error(format!("more than {MAX_RECORDS} {kind}"), "too many");
+    }
+    Some(items.filter_map(read).collect())
+}
+
+fn light(item: Item) -> Option<Located<PointLight>> {
+    let mut fields = item.table(&keys::LIGHT, "[[lights]]")?;
+    fields.variant("type", &[("point", ())], Some("point"));
+    let position = fields.need("position", |i| i.point());
+    let intensity = fields.need("intensity", |i| i.colour(Bounds::LIGHT));
+    let origin = fields.origin.clone();
+    fields.finish();
+    Some(Located { value: PointLight { position: position?, intensity: intensity? }, origin })
+}
+
+/// Reads a scene file, and checks that the files it names are there. The folder of relative names is the scene file's.
+pub fn read_scene(
+    path: &Path,
+    sources: &mut crate::SourceMap,
+    limits: &crate::Limits,
+) -> Result<(Option<SceneDescription>, Diagnostics), ReadError> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    if ending != "toml" {
+        return Err(ReadError::Unsupported { path: path.to_owned() });
+    }
+    let file = sources.read(path, limits.scene_bytes)?;
+    let bytes = sources.bytes(file);
+    let (description, mut diagnostics) = read_any(file, &bytes, path.parent().unwrap_or(Path::new("")));
+    diagnostics.append(check_files(&description));
+    diagnostics.sort();
+    Ok((Some(description).filter(|_| !diagnostics.has_errors()), diagnostics))
+}
+
+/// A scene that cannot even be looked into.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Source(#[from] crate::SourceError),
+    /// A format that is not read.
+    #[error("cannot read {} as a scene: scenes are read from .toml files", path.display())]
+    Unsupported {
+        /// The file.
+        path: std::path::PathBuf,
+    },
+}
+
+/// An error with its place, for [`references`].
+fn error_at(message: String, origin: &crate::Origin) -> Diagnostic {
+    Diagnostic::error(message).at(origin.clone())
+}

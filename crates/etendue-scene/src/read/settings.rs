@@ -1,0 +1,227 @@
+//! Camera, film, sampler, integrator, accelerator, environment.
+
+use super::{
+    fields::{Fields, Item},
+    keys,
+    values::Bounds,
+};
+use crate::{
+    Origin,
+    description::{CameraRecord, FilmRecord, FovAxis, IntegratorRecord, Lens, Located, SamplerRecord, View},
+    value::Data,
+};
+use etendue::{
+    film::Aov,
+    integrator::Integrator,
+    math::DVec3,
+    render::MAX_SPP,
+    sampling::{Filter, Sampler},
+    spectrum::Spectrum,
+    tonemap::ToneCurve,
+};
+use etendue_accel::{AcceleratorKind, KdTreeSplit};
+
+/// Longest side of a picture, pixels.
+pub const MAX_SIDE: u32 = 1 << 16;
+/// Longest depth limit.
+pub const MAX_DEPTH: u32 = 1 << 20;
+const DEFAULT_FOV: f64 = 40.0;
+
+/// What stands in for a camera that could not be read; an error has been reported.
+pub fn any_camera(origin: &Origin) -> CameraRecord {
+    CameraRecord {
+        position: DVec3::ZERO,
+        view: View::Direction(DVec3::NEG_Z),
+        up: DVec3::Y,
+        lens: Lens::Orthographic { height: 1.0 },
+        origin: origin.clone(),
+    }
+}
+
+/// The fields of a section that may be absent as a whole.
+fn section<'a>(file: &Fields<'a>, key: &str, section: &'static keys::Section) -> Option<Fields<'a>> {
+    file.read(key, |item| item.table(section, &format!("[{key}]")))
+}
+
+/// `[camera]`.
+pub fn camera(item: Item) -> Option<CameraRecord> {
+    let mut fields = item.table(&keys::CAMERA, "[camera]")?;
+    let origin = fields.origin.clone();
+    let kind = fields.variant("type", &[("perspective", false), ("orthographic", true)], Some("perspective"));
+    let position = fields.need("position", |i| i.point());
+    let view = view(&fields, position);
+    let up = fields.read("up", |i| i.direction()).unwrap_or(DVec3::Y);
+    let lens = match kind {
+        Some(true) => fields.need("height", |i| i.number(Bounds::LENGTH)).map(|height| Lens::Orthographic { height }),
+        Some(false) => Some(perspective(&fields, view)),
+        None => None,
+    };
+    if let (Some(v), Some(p)) = (view, position) {
+        let direction = match v {
+            View::LookAt(target) => target - p,
+            View::Direction(d) => d,
+        };
+        let parallel = direction.normalize_or_zero().cross(up.normalize()).length() < 1e-9;
+        if parallel && direction != DVec3::ZERO {
+            let place = fields.get("up").map_or(item, |i| i);
+            place.error::<()>("`up` is parallel to the view direction", "give an `up` across the view");
+        }
+    }
+    fields.finish();
+    Some(CameraRecord { position: position?, view: view?, up, lens: lens?, origin })
+}
+
+fn view(fields: &Fields, position: Option<DVec3>) -> Option<View> {
+    fields.exclusive("look_at", "direction");
+    let direction = fields.read("direction", |i| i.direction());
+    let Some(item) = fields.get("look_at") else {
+        if fields.get("direction").is_none() {
+            fields.lacks("`look_at` or `direction`");
+        }
+        return direction.map(View::Direction);
+    };
+    let target = item.point()?;
+    if Some(target) == position {
+        return item.error("`look_at` is the camera's own position", "expected another point");
+    }
+    Some(View::LookAt(target))
+}
+
+fn perspective(fields: &Fields, view: Option<View>) -> Lens {
+    const AXES: [(&str, FovAxis); 4] =
+        [("x", FovAxis::X), ("y", FovAxis::Y), ("smaller", FovAxis::Smaller), ("larger", FovAxis::Larger)];
+    let radius = fields.read("lens_radius", |i| i.number(Bounds::LENGTH_OR_ZERO)).unwrap_or(0.0);
+    let focus = fields.read("focus_distance", |i| i.number(Bounds::LENGTH));
+    if radius > 0.0 && matches!(view, Some(View::Direction(_))) && fields.get("focus_distance").is_none() {
+        fields.lacks("`focus_distance` for its lens, or `look_at` instead of `direction`");
+    }
+    Lens::Perspective {
+        fov: fields.read("fov", |i| i.number(Bounds::within(0.0, 180.0).above().below())).unwrap_or(DEFAULT_FOV),
+        axis: fields.read("fov_axis", |i| i.choice(&AXES)).unwrap_or(FovAxis::X),
+        radius,
+        focus,
+    }
+}
+
+/// `[film]`.
+pub fn film(file: &Fields) -> FilmRecord {
+    let mut film = FilmRecord {
+        size: [512, 512],
+        crop: None,
+        filter: Filter::default(),
+        exposure: 0.0,
+        tonemap: ToneCurve::default(),
+        aovs: Vec::new(),
+    };
+    let Some(fields) = section(file, "film", &keys::FILM) else { return film };
+    let side = |i: Item| i.integer_u32(1, MAX_SIDE);
+    let size = fields.read("size", |i| i.fixed("an array of 2 whole numbers", side));
+    film.size = size.unwrap_or(film.size);
+    film.crop = fields.read("crop", |i| crop(i, film.size));
+    film.filter = fields.read("filter", filter).unwrap_or(film.filter);
+    film.exposure = fields.read("exposure", |i| i.number_f32(Bounds::within(-64.0, 64.0))).unwrap_or(film.exposure);
+    let curves = ToneCurve::ALL.map(|t| (t.name(), t));
+    film.tonemap = fields.read("tonemap", |i| i.choice(&curves)).unwrap_or(film.tonemap);
+    film.aovs = fields.read("aovs", aovs).unwrap_or_default();
+    fields.finish();
+    film
+}
+
+fn crop(item: Item, [width, height]: [u32; 2]) -> Option<Located<[u32; 4]>> {
+    let value: [u32; 4] = item.fixed("[x0, y0, x1, y1], whole numbers", |i| i.integer_u32(0, MAX_SIDE))?;
+    let [x0, y0, x1, y1] = value;
+    if x0 >= x1 || y0 >= y1 || x1 > width || y1 > height {
+        return item.error("`crop` is empty or leaves the picture", format!("the picture is {width} x {height}"));
+    }
+    Some(Located { value, origin: item.value.origin.clone() })
+}
+
+fn filter(item: Item) -> Option<Filter> {
+    const KINDS: [(&str, bool); 2] = [("gaussian", true), ("box", false)];
+    const GAUSSIAN: (f32, f32) = (0.5, 1.5);
+    const BOX: f32 = 0.5;
+    if let Data::String(_) = item.value.data {
+        let gaussian = Filter::Gaussian { sigma: GAUSSIAN.0, radius: GAUSSIAN.1 };
+        return item.choice(&[("gaussian", gaussian), ("box", Filter::Box { radius: BOX })]);
+    }
+    let mut fields = item.table(&keys::FILTER, "`gaussian`, `box` or { type = \"gaussian\", sigma = 0.5 }")?;
+    let kind = fields.variant("type", &KINDS, None);
+    let size = Bounds::within(0.01, 16.0);
+    let radius = fields.read("radius", |i| i.number_f32(size));
+    let sigma = if kind == Some(true) { fields.read("sigma", |i| i.number_f32(size)) } else { None };
+    fields.finish();
+    Some(match kind? {
+        true => Filter::Gaussian { sigma: sigma.unwrap_or(GAUSSIAN.0), radius: radius.unwrap_or(GAUSSIAN.1) },
+        false => Filter::Box { radius: radius.unwrap_or(BOX) },
+    })
+}
+
+fn aovs(item: Item) -> Option<Vec<Aov>> {
+    let choices = Aov::ALL.map(|a| (a.name(), a));
+    let mut aovs = Vec::new();
+    for layer in item.array("an array of names")? {
+        if let Some(aov) = layer.choice(&choices) {
+            if aovs.contains(&aov) {
+                layer.error::<()>(format!("layer `{}` is named twice", aov.name()), "keep one of them");
+            } else {
+                aovs.push(aov);
+            }
+        }
+    }
+    Some(aovs)
+}
+
+/// `[sampler]`.
+pub fn sampler(file: &Fields) -> SamplerRecord {
+    let mut record = SamplerRecord { sampler: Sampler::Sobol, spp: 64, seed: 0 };
+    let Some(mut fields) = section(file, "sampler", &keys::SAMPLER) else { return record };
+    let kinds = Sampler::ALL.map(|s| (s.name(), s));
+    record.sampler = fields.variant("type", &kinds, Some("sobol")).unwrap_or(record.sampler);
+    record.spp = fields.read("spp", |i| i.integer_u32(1, MAX_SPP)).unwrap_or(record.spp);
+    record.seed = fields.read("seed", |i| i.integer(0, i64::MAX)).map_or(record.seed, |s| s as u64);
+    fields.finish();
+    record
+}
+
+/// `[integrator]`.
+pub fn integrator(file: &Fields) -> IntegratorRecord {
+    let mut record = IntegratorRecord { integrator: Integrator::Path, depth: None };
+    let Some(mut fields) = section(file, "integrator", &keys::INTEGRATOR) else { return record };
+    let kinds = Integrator::ALL.map(|i| (i.name(), i));
+    record.integrator = fields.variant("type", &kinds, Some("path")).unwrap_or(record.integrator);
+    match &mut record.integrator {
+        Integrator::Ao { distance } => *distance = fields.read("distance", |i| i.number_f32(Bounds::LENGTH)),
+        Integrator::Path | Integrator::LightSplit | Integrator::Brute => {
+            record.depth = fields.read("depth", |i| i.integer_u32(1, MAX_DEPTH));
+        }
+        Integrator::Normal | Integrator::Uv | Integrator::Depth | Integrator::Ids => {}
+    }
+    fields.finish();
+    record
+}
+
+/// `[accelerator]`.
+pub fn accelerator(file: &Fields) -> AcceleratorKind {
+    let mut kind = AcceleratorKind::Bvh;
+    let Some(mut fields) = section(file, "accelerator", &keys::ACCELERATOR) else { return kind };
+    let kinds = [
+        ("bvh", AcceleratorKind::Bvh),
+        ("kdtree", AcceleratorKind::KdTree(KdTreeSplit::SurfaceArea)),
+        ("brute", AcceleratorKind::Brute),
+    ];
+    kind = fields.variant("type", &kinds, Some("bvh")).unwrap_or(kind);
+    if let AcceleratorKind::KdTree(split) = &mut kind {
+        let splits = [("sah", KdTreeSplit::SurfaceArea), ("midpoint", KdTreeSplit::Midpoint)];
+        *split = fields.read("split", |i| i.choice(&splits)).unwrap_or(*split);
+    }
+    fields.finish();
+    kind
+}
+
+/// `[environment]`.
+pub fn environment(file: &Fields) -> Option<Spectrum> {
+    let fields = section(file, "environment", &keys::ENVIRONMENT)?;
+    let radiance = fields.need("radiance", |i| i.colour(Bounds::LIGHT));
+    fields.finish();
+    radiance
+}

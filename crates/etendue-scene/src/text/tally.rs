@@ -1,0 +1,63 @@
+//! Findings that repeat, summed up.
+
+use super::shown;
+use crate::{Diagnostic, Diagnostics, FileId, Span};
+use std::ops::Range;
+
+/// A kind of finding that may repeat many times in a file.
+pub(crate) trait Finding: Copy + PartialEq {
+    /// The message for `count` of them; `key` is the word that they share.
+    fn describe(self, key: &str, count: usize) -> Diagnostic;
+}
+
+/// Kinds and words beyond this number are only counted.
+const MOST: usize = 64;
+
+/// Counts findings by kind and word, and keeps the first place of each.
+#[derive(Debug)]
+pub(crate) struct Tally<K> {
+    entries: Vec<Entry<K>>,
+    /// Findings of further words.
+    others: usize,
+}
+
+#[derive(Debug)]
+struct Entry<K> {
+    kind: K,
+    key: String,
+    count: usize,
+    first: Span,
+}
+
+impl<K: Finding> Tally<K> {
+    pub fn new() -> Self {
+        Self { entries: Vec::new(), others: 0 }
+    }
+
+    /// Counts one.
+    pub fn add(&mut self, kind: K, key: &[u8], file: FileId, place: Range<usize>) {
+        self.add_many(kind, key, 1, file, place);
+    }
+
+    /// Counts several, the first of them at `place`.
+    pub fn add_many(&mut self, kind: K, key: &[u8], count: usize, file: FileId, place: Range<usize>) {
+        let key = shown(key);
+        if let Some(entry) = self.entries.iter_mut().find(|entry| entry.kind == kind && entry.key == key) {
+            entry.count += count;
+        } else if self.entries.len() < MOST {
+            self.entries.push(Entry { kind, key, count, first: Span::new(file, place) });
+        } else {
+            self.others += count;
+        }
+    }
+
+    /// One diagnostic for each kind and word, at its first place.
+    pub fn report(self, diagnostics: &mut Diagnostics) {
+        for Entry { kind, key, count, first } in self.entries {
+            diagnostics.push(kind.describe(&key, count).at(first));
+        }
+        if self.others > 0 {
+            diagnostics.push(Diagnostic::note(format!("{} more of other kinds were ignored", self.others)));
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! Every key of every type reads, and a description holds what was written.
+
+use etendue::{material::Scattering, math::DVec3, spectrum::Spectrum};
+use etendue_scene::{
+    SourceMap,
+    description::{Lens, SceneDescription, ShapeRecord, Step, View},
+    read_toml,
+};
+use std::path::Path;
+
+#[track_caller]
+fn read(text: &str) -> SceneDescription {
+    let text = if text.contains("[camera]") { text.to_owned() } else { format!("{CAMERA}{text}") };
+    let mut sources = SourceMap::new();
+    let file = sources.insert("s.toml", text.clone().into_bytes()).unwrap();
+    let (description, diagnostics) = read_toml(file, text.as_bytes(), Path::new("folder"));
+    let found: Vec<_> = diagnostics.iter().map(|d| d.one_line(&sources)).collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+    description.unwrap()
+}
+
+const CAMERA: &str = "camera = { position = [0, 0, 5], look_at = [0, 0, 0] }\n";
+
+/// A value that a key takes, whatever the type of its table.
+fn value(section: &str, key: &str) -> &'static str {
+    match (section, key) {
+        ("[camera]", "position") => "[1, 2, 3]",
+        ("[camera]", "look_at") => "[0, 2, 3]",
+        ("[camera]", "up") => "[0, 0, 1]",
+        ("[camera]", "fov") => "30.5",
+        ("[camera]", "fov_axis") => "\"smaller\"",
+        ("[camera]", "lens_radius") => "0.25",
+        ("[camera]", "focus_distance" | "height") => "2",
+        ("[film]", "size") => "[64, 32]",
+        ("[film]", "filter") => "{ type = \"box\", radius = 1 }",
+        ("[film]", "crop") => "[1, 2, 3, 4]",
+        ("[film]", "exposure") => "-1.5",
+        ("[film]", "tonemap") => "\"srgb\"",
+        ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
+        ("film.filter", "radius" | "sigma") => "0.75",
+        ("[sampler]", "spp" | "seed") => "9",
+        ("[integrator]", "depth") => "8",
+        ("[integrator]", "distance") => "0.5",
+        ("[accelerator]", "split") => "\"midpoint\"",
+        ("[materials.NAME]", "emission") => "{ radiance = [1, 2, 3], two_sided = true }",
+        ("[materials.NAME]", "thin") => "true",
+        ("[materials.NAME]", "metal") => "\"gold\"",
+        ("[materials.NAME]", "ior") => "1.25",
+        ("[materials.NAME]", "opacity" | "alpha") => "0.5",
+        ("[materials.NAME]", _) => "[0.25, 0.5, 0.125]",
+        ("[[objects]]", "name") => "\"thing\"",
+        ("[[objects]]", "material") => "\"m\"",
+        ("[[objects]]", "transform") => "[{ scale = 2 }, { translate = [1, 2, 3] }]",
+        ("[[objects]]", "mesh") => "\"m\"",
+        ("[[objects]]", "file") => "\"a.obj\"",
+        ("[[objects]]", "center" | "corner" | "min") => "[-1, -2, -3]",
+        ("[[objects]]", "radius") => "0.5",
+        ("[[objects]]", "u") => "[1, 0, 0]",
+        ("[[objects]]", "v") => "[0, 1, 0]",
+        ("[[objects]]", "max") => "[1, 2, 3]",
+        ("[[objects]]", "segments") => "5",
+        ("[[objects]]", "size") => "[4, 5]",
+        _ => panic!("give `{key}` of {section} a value here"),
+    }
+}
+
+/// Reads tables of one section and type with all keys of that type but those `left_out`.
+fn all_keys(section_name: &str, header: &str, choice: &str, name: &str, left_out: &[&str]) -> SceneDescription {
+    let section = etendue_scene::read::keys::SECTIONS.iter().find(|s| s.name == section_name).unwrap();
+    let mut text = format!("{header}\n{choice} = \"{name}\"\n");
+    for key in section.keys {
+        let applies = key.types.is_empty() || key.types.contains(&name);
+        if applies && key.name != choice && !left_out.contains(&key.name) {
+            text += &format!("{} = {}\n", key.name, value(section_name, key.name));
+        }
+    }
+    if section_name == "[[objects]]" {
+        text += "[materials.m]\ntype = \"black\"\n[meshes.m]\nfile = \"b.ply\"\n";
+    }
+    read(&text)
+}
+
+#[test]
+fn cameras() {
+    let scene = all_keys("[camera]", "[camera]", "type", "perspective", &["direction"]);
+    assert_eq!((scene.camera.position, scene.camera.up), (DVec3::new(1.0, 2.0, 3.0), DVec3::Z));
+    let Lens::Perspective { fov, radius, focus, .. } = scene.camera.lens else { panic!() };
+    assert_eq!((fov, radius, focus), (30.5, 0.25, Some(2.0)));
+    let scene = all_keys("[camera]", "[camera]", "type", "orthographic", &["direction"]);
+    assert_eq!(scene.camera.lens, Lens::Orthographic { height: 2.0 });
+    let scene = read("[camera]\nposition = [0, 0, 0]\ndirection = [0, 0, 3]\n");
+    assert_eq!(scene.camera.view, View::Direction(DVec3::Z * 3.0));
+}
+
+#[test]
+fn settings() {
+    let scene = all_keys("[sampler]", "[sampler]", "type", "independent", &[]);
+    assert_eq!((scene.sampler.spp, scene.sampler.seed), (9, 9));
+    for name in ["path", "light-split", "brute", "normal", "uv", "depth", "ids", "ao"] {
+        let scene = all_keys("[integrator]", "[integrator]", "type", name, &[]);
+        assert_eq!(scene.integrator.integrator.name(), name);
+        assert_eq!(scene.integrator.depth.is_some(), ["path", "light-split", "brute"].contains(&name));
+    }
+    for name in ["bvh", "kdtree", "brute"] {
+        all_keys("[accelerator]", "[accelerator]", "type", name, &[]);
+    }
+    for name in ["gaussian", "box"] {
+        all_keys("film.filter", "[film.filter]", "type", name, &[]);
+    }
+    let film = read(&format!(
+        "[film]\nsize = {}\nexposure = 2\ncrop = {}\naovs = {}\n",
+        value("[film]", "size"),
+        value("[film]", "crop"),
+        value("[film]", "aovs")
+    ))
+    .film;
+    assert_eq!((film.size, film.exposure, film.crop.unwrap().value, film.aovs.len()), ([64, 32], 2.0, [1, 2, 3, 4], 2));
+    assert_eq!(read("[environment]\nradiance = [1, 2, 3]").environment, Some(Spectrum([1.0, 2.0, 3.0])));
+}
+
+#[test]
+fn film_with_every_key() {
+    let keys = ["size", "filter", "crop", "exposure", "tonemap", "aovs"];
+    let lines: String = keys.iter().map(|k| format!("{k} = {}\n", value("[film]", k))).collect();
+    read(&format!("[film]\n{lines}"));
+}
+
+#[test]
+fn materials() {
+    for name in ["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "black"] {
+        let left_out: &[&str] = if name == "rough-metal" { &["metal"] } else { &[] };
+        let scene = all_keys("[materials.NAME]", "[materials.m]", "type", name, left_out);
+        let material = &scene.materials[0].material;
+        assert_eq!((material.name.as_str(), material.opacity), ("m", 0.5));
+        let emission = material.emission.unwrap();
+        assert_eq!((emission.radiance, emission.two_sided), (Spectrum([1.0, 2.0, 3.0]), true));
+    }
+    let scene = all_keys("[materials.NAME]", "[materials.m]", "type", "rough-metal", &["eta", "k"]);
+    assert!(matches!(scene.materials[0].material.scattering, Scattering::RoughMetal { alpha: 0.5, .. }));
+    let scene = read(
+        "[materials.a]\ntype = \"diffuse\"\nreflectance = \"#ff0080\"\nemission = 3\n[materials.\"Z z\"]\ntype = \"glass\"",
+    );
+    let Scattering::Diffuse { reflectance, .. } = scene.materials[0].material.scattering else { panic!() };
+    assert_eq!((reflectance[0], reflectance[1]), (1.0, 0.0));
+    assert!((reflectance[2] - 0.215_86).abs() < 1e-5);
+    assert_eq!(scene.materials[0].material.emission.unwrap().radiance, Spectrum::splat(3.0));
+    assert_eq!(scene.materials[1].material.name, "Z z");
+}
+
+#[test]
+fn objects() {
+    for (name, left_out) in [
+        ("mesh", &["file"][..]),
+        ("mesh", &["mesh"]),
+        ("sphere", &[]),
+        ("rectangle", &["size"]),
+        ("rectangle", &["corner", "u", "v"]),
+        ("box", &["size"]),
+        ("disk", &[]),
+    ] {
+        let scene = all_keys("[[objects]]", "[[objects]]", "shape", name, left_out);
+        let object = &scene.objects[0];
+        assert_eq!(object.transform.len(), 2);
+        assert_eq!(object.material.as_ref().unwrap().value, "m");
+    }
+    let scene = read("[[objects]]\nshape = \"box\"\nsize = 2\n[[objects]]\nshape = \"box\"\nsize = [1, 2, 3]");
+    assert!(matches!(scene.objects[0].shape, ShapeRecord::Box { max, .. } if max == DVec3::ONE));
+    assert!(matches!(scene.objects[1].shape, ShapeRecord::Box { max, .. } if max == DVec3::new(0.5, 1.0, 1.5)));
+}
+
+#[test]
+fn steps() {
+    let scene = read(
+        "[[objects]]\nshape = \"sphere\"\ntransform = [{ translate = [1, 2, 3] }, { rotate = { axis = \"z\", angle = 90 } },\n\
+         { rotate = { axis = [0, 0, 2], angle = 9 } }, { scale = [1, -2, 3] }, { matrix = [[1,0,0,4],[0,1,0,5],[0,0,1,6]] },\n\
+         { look_at = { position = [0, 0, 0], target = [0, 0, 1], up = [1, 0, 0] } }, { relocate = [0, 0, 0] }]\n\
+         [[objects]]\nshape = \"sphere\"\ntransform = { scale = 3 }",
+    );
+    let steps: Vec<Step> = scene.objects[0].transform.iter().map(|s| s.value).collect();
+    assert_eq!(steps[0], Step::Translate(DVec3::new(1.0, 2.0, 3.0)));
+    assert_eq!(steps[2], Step::Rotate { axis: DVec3::Z, angle: 9.0 });
+    assert_eq!(steps[3], Step::Scale(DVec3::new(1.0, -2.0, 3.0)));
+    assert_eq!(steps[4], Step::Matrix([1.0, 0.0, 0.0, 4.0, 0.0, 1.0, 0.0, 5.0, 0.0, 0.0, 1.0, 6.0]));
+    assert_eq!(steps[6], Step::Relocate(DVec3::ZERO));
+    assert_eq!(scene.objects[1].transform[0].value, Step::Scale(DVec3::splat(3.0)));
+}
+
+#[test]
+fn meshes() {
+    read("[meshes.a]\nfile = \"a.obj\"");
+    let scene = read(
+        "[meshes.a]\npositions = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nindices = [[0,1,2,3]]\n\
+         normals = [[0,0,2],[0,0,2],[0,0,2],[0,0,2]]\nuvs = [[0,0],[1,0],[1,1],[0,1]]",
+    );
+    let etendue_scene::description::MeshSource::Inline(mesh) = &scene.meshes[0].source else { panic!() };
+    assert_eq!(*mesh.indices, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(mesh.normals.as_ref().unwrap()[3], [0.0, 0.0, 1.0]);
+    assert_eq!(mesh.uvs.as_ref().unwrap()[2], [1.0, 1.0]);
+}

@@ -1,0 +1,92 @@
+//! A smooth dielectric, as an interface or as a thin sheet.
+
+use super::{BsdfEval, BsdfSample, Density, Scatter, fresnel, mirrored, share};
+use crate::{math::Vec3, spectrum::Spectrum};
+
+/// Fresnel reflection and refraction, both discrete.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glass {
+    ior: f32,
+    reflection_tint: Spectrum,
+    transmission_tint: Spectrum,
+    thin: bool,
+}
+
+impl Glass {
+    /// `ior` > 0 is the index behind the surface (z < 0) over that before it; of a thin sheet, its own over that of the
+    /// medium around it. Tints in [0, 1].
+    ///
+    /// A thin sheet reflects to and fro between its two faces: R' = R + T R T + T R^3 T + ... = 2R / (1 + R), and lets
+    /// the rest straight through.
+    #[inline]
+    pub fn new(ior: f32, reflection_tint: Spectrum, transmission_tint: Spectrum, thin: bool) -> Self {
+        Self { ior, reflection_tint, transmission_tint, thin }
+    }
+}
+
+/// Index beyond the surface over that on the side of `wo`.
+#[inline]
+pub(super) fn relative_index(ior: f32, wo: Vec3) -> f32 {
+    if wo.z > 0.0 { ior } else { 1.0 / ior }
+}
+
+/// `wo` refracted by the surface itself. `cos_t` and `eta` as in [`fresnel`].
+#[inline]
+pub(super) fn refracted_by_surface(wo: Vec3, cos_t: f32, eta: f32) -> Vec3 {
+    Vec3::new(-wo.x / eta, -wo.y / eta, if wo.z > 0.0 { -cos_t } else { cos_t }).normalize()
+}
+
+impl Scatter for Glass {
+    #[inline]
+    fn eval(&self, _wo: Vec3, _wi: Vec3) -> BsdfEval {
+        BsdfEval::ZERO
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u_lobe: f32, _u: [f32; 2]) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let (reflected, eta, through) = if self.thin {
+            let one_face = fresnel::dielectric(wo.z.abs(), self.ior).reflectance;
+            (2.0 * one_face / (1.0 + one_face), 1.0, -wo)
+        } else {
+            let eta = relative_index(self.ior, wo);
+            let interface = fresnel::dielectric(wo.z.abs(), eta);
+            (interface.reflectance, eta, refracted_by_surface(wo, interface.cos_t, eta))
+        };
+        let reflection = self.reflection_tint * reflected;
+        let transmission = self.transmission_tint * (1.0 - reflected);
+        let chosen = share(reflection.mean(), transmission.mean());
+        let transmitted = u_lobe >= chosen;
+        let (wi, value, probability, eta) = if transmitted {
+            (through, transmission / (eta * eta), share(transmission.mean(), reflection.mean()), eta)
+        } else {
+            (mirrored(wo), reflection, chosen, 1.0)
+        };
+        (probability > 0.0).then(|| BsdfSample {
+            wi,
+            weight: value / probability,
+            density: Density::Discrete(probability),
+            transmitted,
+            eta,
+        })
+    }
+
+    #[inline]
+    fn is_delta(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn transmits(&self) -> bool {
+        false
+    }
+
+    #[inline]
+    fn albedo(&self) -> Spectrum {
+        let one_face = fresnel::dielectric(1.0, self.ior).reflectance;
+        let reflected = if self.thin { 2.0 * one_face / (1.0 + one_face) } else { one_face };
+        self.reflection_tint * reflected + self.transmission_tint * (1.0 - reflected)
+    }
+}

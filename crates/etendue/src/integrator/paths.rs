@@ -1,0 +1,93 @@
+//! The state of the paths of a wave: a structure of arrays, kept dense.
+
+use crate::{bsdf::Density, film::FirstHit, light::LightContext, math::Vec3, sampling::SampleKey, spectrum::Spectrum};
+use etendue_accel::{Hit, Ray};
+
+/// The last vertex that scattered, as multiple importance sampling needs it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Previous {
+    /// Where light was sampled.
+    pub context: LightContext,
+    /// Density with which the ray's direction was drawn; discrete for the camera.
+    pub density: Density,
+}
+
+impl Previous {
+    /// The camera: nothing else could have found what its ray finds.
+    pub fn camera(point: Vec3) -> Self {
+        let context = LightContext { point, normal: Vec3::ZERO, transmits: false };
+        Self { context, density: Density::Discrete(1.0) }
+    }
+}
+
+/// Which sample a path is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SampleId {
+    pub key: SampleKey,
+    /// Absolute pixel.
+    pub pixel: [u32; 2],
+    /// Sample index in the pixel.
+    pub index: u32,
+}
+
+/// How far a path has come.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Progress {
+    /// Path edges so far, the one being traced included.
+    pub depth: u32,
+    /// Vertex number for random dimensions; also counts vertices where the path passed straight through.
+    pub vertex: u32,
+    /// Index of refraction where the path is over that where it started.
+    pub eta: f32,
+    /// False once nothing more can come.
+    pub alive: bool,
+}
+
+macro_rules! structure_of_arrays {
+    ($(#[$meta:meta])* $name:ident { $($field:ident: $kind:ty),* $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Default)]
+        pub(super) struct $name { $(pub $field: Vec<$kind>),* }
+
+        impl $name {
+            pub fn with_capacity(n: usize) -> Self {
+                Self { $($field: Vec::with_capacity(n)),* }
+            }
+
+            pub fn swap_remove(&mut self, index: usize) {
+                $(self.$field.swap_remove(index);)*
+            }
+        }
+    };
+}
+
+structure_of_arrays! {
+    /// All paths of a wave; index i of every array is path i.
+    Paths {
+        rays: Ray,
+        hits: Hit,
+        samples: SampleId,
+        throughput: Spectrum,
+        radiance: Spectrum,
+        previous: Previous,
+        progress: Progress,
+        first: FirstHit,
+    }
+}
+
+impl Paths {
+    pub fn len(&self) -> usize {
+        self.rays.len()
+    }
+
+    pub fn push(&mut self, ray: Ray, sample: SampleId) {
+        self.rays.push(ray);
+        self.hits.push(Hit::MISS);
+        self.samples.push(sample);
+        self.throughput.push(Spectrum::ONE);
+        self.radiance.push(Spectrum::BLACK);
+        self.previous.push(Previous::camera(Vec3::from(ray.origin)));
+        self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true });
+        self.first.push(FirstHit::default());
+    }
+}

@@ -1,0 +1,124 @@
+//! A wave: some hundred paths of one worker that move through the stages together, each stage over slices.
+
+use super::{
+    Integrator,
+    paths::{Paths, SampleId},
+    shade::{self, Strategy},
+    shadow::ShadowQueue,
+    views,
+};
+use crate::{
+    camera::Camera,
+    film::{PathSample, TileSums},
+    sampling::{FilterSampler, Sampler, Slot},
+    scene::Scene,
+};
+use etendue_accel::{PrimitiveId, Ray};
+
+/// What all paths of a render share.
+pub(crate) struct Context<'a> {
+    pub scene: &'a Scene,
+    pub camera: &'a Camera,
+    pub filter: &'a FilterSampler,
+    pub sampler: Sampler,
+    pub seed: u64,
+    pub integrator: Integrator,
+    pub max_depth: u32,
+    pub wants_layers: bool,
+}
+
+/// Work done by a worker.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Counters {
+    pub rays: u64,
+    pub paths: u64,
+}
+
+/// The buffers of one worker, allocated once.
+pub(crate) struct Wave {
+    capacity: usize,
+    paths: Paths,
+    shadows: ShadowQueue,
+}
+
+impl Wave {
+    pub fn new(capacity: usize) -> Self {
+        Self { capacity, paths: Paths::with_capacity(capacity), shadows: ShadowQueue::with_capacity(capacity) }
+    }
+
+    /// Traces all `samples` (absolute pixel, sample index) into `tile`.
+    pub fn run(
+        &mut self,
+        context: &Context,
+        samples: &mut dyn Iterator<Item = ([u32; 2], u32)>,
+        tile: &mut TileSums,
+    ) -> Counters {
+        let mut counters = Counters::default();
+        loop {
+            counters.paths += self.start_paths(context, samples);
+            if self.paths.len() == 0 {
+                return counters;
+            }
+            counters.rays += self.paths.len() as u64;
+            context.scene.accelerator().closest_hits(&self.paths.rays, &mut self.paths.hits);
+            self.shade(context);
+            counters.rays += self.shadows.trace(context.scene, &mut self.paths.radiance);
+            self.retire(tile);
+        }
+    }
+
+    /// Fills the wave with camera rays.
+    fn start_paths(&mut self, context: &Context, samples: &mut dyn Iterator<Item = ([u32; 2], u32)>) -> u64 {
+        let before = self.paths.len();
+        for (pixel, index) in samples.take(self.capacity - before) {
+            let key = context.sampler.key(context.seed, pixel, index);
+            let offset = context.filter.sample(context.sampler.two_d(key, 0, Slot::Pixel));
+            let lens = if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
+            let [x, y] = pixel.map(|c| c as f32 + 0.5);
+            let camera_ray = context.camera.ray(x + offset.x, y + offset.y, lens);
+            let ray = Ray {
+                origin: camera_ray.origin.into(),
+                t_min: 0.0,
+                direction: camera_ray.direction.into(),
+                t_max: f32::INFINITY,
+                time: 0.0,
+                mask: u32::MAX,
+                skip: PrimitiveId::NONE,
+            };
+            self.paths.push(ray, SampleId { key, pixel, index });
+        }
+        (self.paths.len() - before) as u64
+    }
+
+    fn shade(&mut self, context: &Context) {
+        let strategy = match context.integrator {
+            Integrator::Path => Strategy::Both,
+            Integrator::LightSplit => Strategy::Light,
+            Integrator::Brute => Strategy::Bsdf,
+            view => {
+                for path in 0..self.paths.len() {
+                    views::shade(context, view, &mut self.paths, path, &mut self.shadows);
+                }
+                return;
+            }
+        };
+        for path in 0..self.paths.len() {
+            shade::shade(context, strategy, &mut self.paths, path, &mut self.shadows);
+        }
+    }
+
+    /// Hands finished paths to the film and closes the gaps.
+    fn retire(&mut self, tile: &mut TileSums) {
+        let mut path = 0;
+        while path < self.paths.len() {
+            if self.paths.progress[path].alive {
+                path += 1;
+                continue;
+            }
+            let SampleId { pixel, index, .. } = self.paths.samples[path];
+            let sample = PathSample { radiance: self.paths.radiance[path], first: self.paths.first[path] };
+            tile.add(pixel, index, &sample);
+            self.paths.swap_remove(path);
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What flat lights share: which side the context is on, and the lifted target.
+
+use super::{LightContext, LightSample, finite_density, margin, max_abs};
+use crate::{bsdf::Density, math::DVec3, spectrum::Spectrum};
+
+/// A flat light as seen from a context on an emitting side of it, farther from its plane than the margin.
+pub(super) struct Facing {
+    /// The context.
+    point: DVec3,
+    /// Unit normal on the context's side.
+    normal: DVec3,
+    /// Offset of targets along `normal`.
+    margin: f64,
+}
+
+impl Facing {
+    /// `cross` is along the front's normal, of any length. `None` if the light shows no emitting side, if the context is
+    /// in its plane, or if anything is degenerate.
+    #[inline]
+    pub(super) fn new(ctx: &LightContext, corners: &[DVec3], cross: DVec3, two_sided: bool) -> Option<Self> {
+        let point = ctx.point.as_dvec3();
+        let front = cross / cross.length();
+        let mut coordinate = max_abs(point);
+        let mut distance = 0.0f64;
+        for &corner in corners {
+            coordinate = coordinate.max(max_abs(corner));
+            distance = distance.max(max_abs(corner - point));
+        }
+        let margin = margin(coordinate, distance);
+        let height = front.dot(point - corners[0]);
+        if height > margin {
+            Some(Self { point, normal: front, margin })
+        } else if two_sided && height < -margin {
+            Some(Self { point, normal: -front, margin })
+        } else {
+            None
+        }
+    }
+
+    /// A sample at `offset` from the context, drawn with `density`.
+    #[inline]
+    pub(super) fn sample(&self, offset: DVec3, density: f64, radiance: Spectrum) -> Option<LightSample> {
+        let density = finite_density(density)?;
+        let length = offset.length();
+        if !(length > 0.0 && length.is_finite()) {
+            return None;
+        }
+        let target = self.point + offset + self.normal * self.margin;
+        Some(LightSample {
+            wi: (offset / length).as_vec3(),
+            target: Some(target.as_vec3()),
+            radiance,
+            density: Density::SolidAngle(density),
+        })
+    }
+}

@@ -1,0 +1,73 @@
+//! Spherical triangles: solid angle, and uniform sampling.
+
+use crate::math::DVec3;
+
+/// A triangle seen from the origin, with its solid angle.
+///
+/// Solid angle after van Oosterom and Strackee ("The Solid Angle of a Plane Triangle", 1983); sampling after Arvo
+/// ("Stratified Sampling of Spherical Triangles", 1995) with half angles, as Peters does for polygons ("BRDF Importance
+/// Sampling for Polygonal Lights", 2021). Every difference that could cancel is written as a product, so that relative
+/// accuracy holds for solid angles from 1e-30 to 2 pi.
+///
+/// With a, b, c the unit vectors to the vertices: tan(omega / 2) = |det(a, b, c)| / (1 + a.b + b.c + c.a). The part of
+/// the triangle between edge ab and the arc from b to a point e of edge ac is again a triangle. With h on the half way
+/// from a to e, its solid angle satisfies tan(omega' / 2) = det(a, b, h) / ((a + b).h). For h along x a + y c that is
+/// y g0 / (x g2 + y g1), and omega' = u omega gives x and y; e is a mirrored at h.
+pub(super) struct SphericalTriangle {
+    /// Unit vectors to the vertices.
+    directions: [DVec3; 3],
+    /// Distances of the vertices.
+    distances: [f64; 3],
+    /// |det(a, b, c)|.
+    g0: f64,
+    /// (a + b).c.
+    g1: f64,
+    /// 1 + a.b.
+    g2: f64,
+    /// Steradians, in [0, 2 pi].
+    pub(super) solid_angle: f64,
+}
+
+impl SphericalTriangle {
+    /// From the vertices relative to the origin and the cross product of two edges, (b - a) x (c - a).
+    #[inline]
+    pub(super) fn new(vertices: [DVec3; 3], cross: DVec3) -> Self {
+        let distances = vertices.map(|v| v.length());
+        let directions = [vertices[0] / distances[0], vertices[1] / distances[1], vertices[2] / distances[2]];
+        let [a, b, c] = directions;
+        // Through the plane's distance: small triangles would cancel in a determinant of unit vectors.
+        let g0 = vertices[0].dot(cross).abs() / (distances[0] * distances[1] * distances[2]);
+        let g1 = (a + b).dot(c);
+        let g2 = 0.5 * (a + b).length_squared();
+        Self { directions, distances, g0, g1, g2, solid_angle: 2.0 * libm::atan2(g0, g1 + g2) }
+    }
+
+    /// Barycentric weights of a vertex each, summing to 1, of the point that is uniform in solid angle for uniform `u` in
+    /// [0, 1)^2.
+    #[inline]
+    pub(super) fn sample(&self, u: [f64; 2]) -> [f64; 3] {
+        let [a, b, c] = self.directions;
+        let (sin, cos) = libm::sincos(0.5 * u[0] * self.solid_angle);
+        let y = self.g2 * sin;
+        let x = (self.g0 * cos - self.g1 * sin).max(y);
+        let ac = a.dot(c);
+        // e = (e_a a + e_c c), the mirror image of a.
+        let norm = x * x + y * y + 2.0 * x * y * ac;
+        let e_a = (x - y) * (x + y) / norm;
+        let e_c = 2.0 * y * (x + y * ac) / norm;
+        let e = e_a * a + e_c * c;
+        // Uniform in the cosine s along the arc from b to e: s = 1 - u (1 - b.e), and the direction is
+        // (s - t b.e) b + t e, t the ratio of the sines.
+        let near = 0.5 * (b - e).length_squared();
+        let far = 0.5 * (b + e).length_squared();
+        let t = (u[1] * (2.0 - u[1] * near) / far).sqrt();
+        let e_b = (1.0 - t) + near * (t - u[1]);
+        let weights = [
+            (t * e_a).max(0.0) / self.distances[0],
+            e_b.max(0.0) / self.distances[1],
+            (t * e_c).max(0.0) / self.distances[2],
+        ];
+        let sum = weights[0] + weights[1] + weights[2];
+        weights.map(|w| w / sum)
+    }
+}

@@ -1,0 +1,59 @@
+//! Emissive triangles.
+
+use super::{Emitter, LightContext, LightSample, finite_density, planar::Facing, spherical::SphericalTriangle};
+use crate::{
+    math::{DVec3, Vec3},
+    spectrum::Spectrum,
+};
+
+/// An emissive triangle, sampled uniformly in solid angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleLight {
+    /// Metres; the front is where they turn counter-clockwise.
+    pub vertices: [Vec3; 3],
+    /// W sr^-1 m^-2.
+    pub radiance: Spectrum,
+    /// Emits from the back too.
+    pub two_sided: bool,
+}
+
+impl TriangleLight {
+    #[inline]
+    fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
+        (b - a).cross(c - a)
+    }
+
+    #[inline]
+    fn view(&self, ctx: &LightContext) -> Option<(Facing, SphericalTriangle, [DVec3; 3])> {
+        let vertices = self.vertices.map(|v| v.as_dvec3());
+        let cross = Self::cross(vertices);
+        let facing = Facing::new(ctx, &vertices, cross, self.two_sided)?;
+        let point = ctx.point.as_dvec3();
+        let relative = vertices.map(|v| v - point);
+        Some((facing, SphericalTriangle::new(relative, cross), relative))
+    }
+}
+
+impl Emitter for TriangleLight {
+    #[inline]
+    fn radiance(&self) -> Spectrum {
+        self.radiance
+    }
+
+    fn etendue(&self, _scene_radius: f64) -> f64 {
+        let area = 0.5 * Self::cross(self.vertices.map(|v| v.as_dvec3())).length();
+        std::f64::consts::PI * area * if self.two_sided { 2.0 } else { 1.0 }
+    }
+
+    #[inline]
+    fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
+        let (facing, triangle, [a, b, c]) = self.view(ctx)?;
+        let w = triangle.sample(u.map(f64::from));
+        facing.sample(w[0] * a + w[1] * b + w[2] * c, 1.0 / triangle.solid_angle, self.radiance)
+    }
+
+    #[inline]
+    fn pdf(&self, ctx: &LightContext, _wi: Vec3, _distance: f32) -> f32 {
+        self.view(ctx).and_then(|(_, triangle, _)| finite_density(1.0 / triangle.solid_angle)).unwrap_or(0.0)
+    }
+}

@@ -1,0 +1,173 @@
+//! Reconstruction filters by importance sampling (Ernst, Stamminger and Greiner, "Filter Importance Sampling", 2006): the
+//! filter is the density of the sample's place about the pixel's centre, so every sample weighs one and pixels stay
+//! independent of each other.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::film::UnknownName;
+use crate::math::{Vec2, ln, vec2};
+
+/// A reconstruction filter, a product of two equal one-dimensional filters. Lengths are in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// Constant up to `radius` along each axis.
+    Box {
+        /// Half the width, above 0.
+        radius: f32,
+    },
+    /// A normal distribution, cut off at `radius` along each axis.
+    Gaussian {
+        /// Standard deviation, above 0.
+        sigma: f32,
+        /// Half the width, above 0.
+        radius: f32,
+    },
+}
+
+impl Default for Filter {
+    /// A Gaussian of standard deviation 0.5 and radius 1.5.
+    fn default() -> Self {
+        Self::Gaussian { sigma: 0.5, radius: 1.5 }
+    }
+}
+
+impl Filter {
+    /// Every filter, with default lengths; the box covers one pixel.
+    pub const ALL: [Self; 2] = [Self::Gaussian { sigma: 0.5, radius: 1.5 }, Self::Box { radius: 0.5 }];
+
+    /// The name it has in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gaussian { .. } => "gaussian",
+            Self::Box { .. } => "box",
+        }
+    }
+}
+
+impl fmt::Display for Filter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Filter {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::ALL.into_iter().find(|f| f.name() == name).ok_or_else(|| UnknownName {
+            kind: "filter",
+            name: name.to_owned(),
+            expected: Self::ALL.map(Self::name).join(", "),
+        })
+    }
+}
+
+/// A [`Filter`] made ready to be sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterSampler {
+    radius: f32,
+    /// Of a Gaussian: sqrt(2) sigma, and the share of the untruncated distribution within the radius.
+    gaussian: Option<[f32; 2]>,
+}
+
+impl FilterSampler {
+    /// Prepares a filter. Lengths that are not above 0 and finite place every sample at the centre or inside of the
+    /// radius somehow, but never fail.
+    pub fn new(filter: Filter) -> Self {
+        match filter {
+            Filter::Box { radius } => Self { radius, gaussian: None },
+            Filter::Gaussian { sigma, radius } => {
+                let scale = f64::from(sigma) * std::f64::consts::SQRT_2;
+                let share = libm::erf(f64::from(radius) / scale);
+                Self { radius, gaussian: Some([scale as f32, share as f32]) }
+            }
+        }
+    }
+
+    /// Offset from the pixel's centre for `u` in [0, 1)^2, each coordinate by the inverse of its distribution function;
+    /// at most the radius either way.
+    #[inline]
+    pub fn sample(&self, u: [f32; 2]) -> Vec2 {
+        // The middles of the 2^24 values that u can have lie symmetrically about 0 and short of -1 and 1; all exact.
+        let [x, y] = u.map(|u| {
+            let v = 2.0 * u - (1.0 - 1.0 / 16_777_216.0);
+            match self.gaussian {
+                None => v * self.radius,
+                Some([scale, share]) => scale * inverse_erf(v * share),
+            }
+        });
+        let bounded = |x: f32| x.max(-self.radius).min(self.radius);
+        vec2(bounded(x), bounded(y))
+    }
+}
+
+/// Inverse of the error function on (-1, 1); relative error below 1e-6
+/// (Giles, "Approximating the erfinv Function", GPU Computing Gems 2, 2011).
+#[inline]
+fn inverse_erf(x: f32) -> f32 {
+    const CENTRE: [f32; 9] = [
+        2.810_226_4e-8,
+        3.432_739_4e-7,
+        -3.523_387_7e-6,
+        -4.391_506_5e-6,
+        2.185_808_7e-4,
+        -1.253_725e-3,
+        -4.177_681_6e-3,
+        2.466_407_3e-1,
+        1.501_409_4,
+    ];
+    const TAIL: [f32; 9] = [
+        -2.002_142_6e-4,
+        1.009_505_6e-4,
+        1.349_343_2e-3,
+        -3.673_428_4e-3,
+        5.739_507_7e-3,
+        -7.622_461_3e-3,
+        9.438_870_5e-3,
+        1.001_674,
+        2.832_976_8,
+    ];
+    let w = -ln((1.0 - x) * (1.0 + x));
+    let (t, coefficients) = if w < 5.0 { (w - 2.5, CENTRE) } else { (w.sqrt() - 3.0, TAIL) };
+    x * coefficients[1..].iter().fold(coefficients[0], |p, c| p * t + c)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inverse_of_erf() {
+        let mut worst = 0.0f64;
+        for i in 1..=1_000_000u32 {
+            let x = (i as f32 - 0.5) / 1_000_000.0;
+            let y = f64::from(inverse_erf(x));
+            // One Newton step from the result estimates its error.
+            let slope = std::f64::consts::FRAC_2_SQRT_PI * libm::exp(-y * y);
+            worst = worst.max(((libm::erf(y) - f64::from(x)) / slope / y).abs());
+            assert_eq!(inverse_erf(-x), -inverse_erf(x));
+        }
+        assert!(worst < 1e-6, "{worst}");
+        assert_eq!(inverse_erf(0.0), 0.0);
+    }
+
+    #[test]
+    fn names() {
+        for filter in Filter::ALL {
+            assert_eq!(filter.to_string().parse(), Ok(filter));
+        }
+        assert!("gausian".parse::<Filter>().is_err_and(|e| e.to_string().contains("gaussian, box")));
+    }
+
+    #[test]
+    fn degenerate_lengths_stay_at_the_centre() {
+        for (sigma, radius) in [(0.0, 1.0), (0.0, 0.0), (1.0, 0.0), (1e30, 1.0), (1e-30, 1.0), (1.0, 1e30)] {
+            let sampler = FilterSampler::new(Filter::Gaussian { sigma, radius });
+            for u in [0.0, 0.5, 1.0 - 1.0 / 16_777_216.0] {
+                let p = sampler.sample([u, u]);
+                assert!(p.x.abs() <= radius, "{sigma} {radius} {u}: {p}");
+            }
+        }
+    }
+}

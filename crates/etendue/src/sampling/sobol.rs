@@ -1,0 +1,117 @@
+//! Owen-scrambled Sobol points, padded: every dimension has its own scrambled two-dimensional sequence, read in its own
+//! shuffled order (Burley, "Practical Hash-based Owen Scrambling", 2020). Any 2^m consecutive points that start at a
+//! multiple of 2^m are a (0, m, 2)-net in base 2; different dimensions are as good as independent.
+
+use super::hash::{GOLDEN, to_unit};
+use super::{Points, SampleKey};
+
+/// The points. All arithmetic is on 32-bit integers without branches.
+pub(super) struct Sobol;
+
+impl Points for Sobol {
+    #[inline]
+    fn one_d(key: SampleKey, dimension: u64) -> f32 {
+        let index = shuffle(key.index, dimension as u32);
+        to_unit(scramble_reversed(index, (dimension >> 32) as u32).reverse_bits())
+    }
+
+    #[inline]
+    fn two_d(key: SampleKey, dimension: u64) -> [f32; 2] {
+        let index = shuffle(key.index, dimension as u32);
+        let third_seed = (dimension.wrapping_mul(GOLDEN) >> 32) as u32;
+        let x = scramble_reversed(index, (dimension >> 32) as u32);
+        let y = scramble_reversed(pascal(index), third_seed);
+        [to_unit(x.reverse_bits()), to_unit(y.reverse_bits())]
+    }
+}
+
+/// A nested uniform shuffle: aligned blocks of 2^m indices stay together, for every m.
+#[inline]
+fn shuffle(index: u32, seed: u32) -> u32 {
+    scramble_reversed(index.reverse_bits(), seed).reverse_bits()
+}
+
+/// Owen scrambling of a number whose bits are reversed: the flip of each bit is a hash of the seed and of the bits below.
+/// Construction of Laine and Karras ("Stratified Sampling for Stochastic Transparency", 2011); these operations and
+/// constants by Vegdahl ("Building a Better LK Hash", psychopath.io, 2021).
+#[inline]
+fn scramble_reversed(mut x: u32, seed: u32) -> u32 {
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^ x.wrapping_mul(0x53a2_2864)
+}
+
+/// The second Sobol dimension with its bits reversed: the product with Pascal's triangle modulo 2, which factors into
+/// five steps, being a Kronecker power (Ahmed, "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and
+/// Compact", 2024). The first dimension reversed is the index itself.
+#[inline]
+fn pascal(mut x: u32) -> u32 {
+    x ^= x >> 16;
+    x ^= (x & 0xff00_ff00) >> 8;
+    x ^= (x & 0xf0f0_f0f0) >> 4;
+    x ^= (x & 0xcccc_cccc) >> 2;
+    x ^ (x & 0xaaaa_aaaa) >> 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::hash::mix;
+    use super::*;
+
+    /// Direction numbers of the polynomial x + 1 (Sobol 1967), one index bit at a time.
+    #[test]
+    fn second_dimension_from_direction_numbers() {
+        let mut direction = [1u32 << 31; 32];
+        for i in 1..32 {
+            direction[i] = direction[i - 1] ^ (direction[i - 1] >> 1);
+        }
+        for i in 0..10_000u64 {
+            let index = mix(i) as u32 >> (i % 32);
+            let expected = (0..32).filter(|bit| index >> bit & 1 == 1).fold(0, |sum, bit| sum ^ direction[bit]);
+            assert_eq!(pascal(index).reverse_bits(), expected);
+        }
+    }
+
+    /// A nested scramble keeps the first bit where two numbers differ, and so is a permutation.
+    #[test]
+    fn scrambling_is_nested() {
+        for i in 0..100_000 {
+            let h = mix(i);
+            let (a, seed) = ((h >> 32) as u32, h as u32);
+            // Equal in the first `i % 32` bits, different in the next.
+            let shared = (i % 32) as u32;
+            let b = a ^ (1 << (31 - shared)) ^ (mix(h) as u32).checked_shr(shared + 1).unwrap_or(0);
+            let scramble = |x: u32| scramble_reversed(x.reverse_bits(), seed).reverse_bits();
+            assert_eq!((scramble(a) ^ scramble(b)).leading_zeros(), shared, "{a:032b} {b:032b}");
+        }
+    }
+
+    /// Over the seeds, the flip of a bit is a fair coin at each node of the tree, and independent of the flip at any node
+    /// whose path differs in one digit.
+    #[test]
+    fn flips_are_fair() {
+        let trials = 1 << 14;
+        let sigma = |count: u32| (f64::from(count) - 0.5 * trials as f64) / (0.25 * trials as f64).sqrt();
+        for node in 0..24 {
+            let a = if node < 8 { node } else { mix(u64::from(node)) as u32 };
+            for bit in 1..24u32 {
+                let mut same = vec![0u32; bit as usize];
+                let mut ones = 0;
+                for i in 0..trials {
+                    let seed = mix(i ^ u64::from(bit) << 32 ^ u64::from(node) << 40) as u32;
+                    let flip = |x: u32| (scramble_reversed(x, seed) ^ x) >> bit & 1;
+                    ones += flip(a);
+                    for (other, same) in same.iter_mut().enumerate() {
+                        *same += u32::from(flip(a) == flip(a ^ 1 << other));
+                    }
+                }
+                assert!(sigma(ones).abs() < 5.0, "node {a:x} bit {bit}: {}", sigma(ones));
+                for (other, &same) in same.iter().enumerate() {
+                    assert!(sigma(same).abs() < 5.0, "node {a:x} bit {bit} after {other}: {}", sigma(same));
+                }
+            }
+        }
+    }
+}

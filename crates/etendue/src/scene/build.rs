@@ -1,0 +1,469 @@
+//! From parts to a scene: recentred in f64, single placements baked into world space, shared shapes as instances, lights
+//! listed, accelerator built.
+
+use super::{FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape};
+use crate::{
+    light::{
+        ConstantEnvironment, Light, LightTable, LightTableError, PointLightSource, RectangleLight, SphereLight,
+        TriangleLight,
+    },
+    material::{Emission, Material},
+    math::{DAffine3, DMat3, DVec3, Vec3},
+    surface::{MeshData, NO_LIGHT, face_normal, orient},
+};
+use etendue_accel::{
+    Accelerator, AcceleratorKind, BuildError, Geometry, Instance, Isa, Sphere, Transform, TriangleMesh, World,
+};
+use std::sync::Arc;
+
+/// How the accelerator is built.
+#[derive(Clone, Copy, Debug)]
+pub struct AcceleratorSettings {
+    /// Which structure.
+    pub kind: AcceleratorKind,
+    /// Which instruction set its kernels use.
+    pub isa: Isa,
+    /// Threads for the build, at least 1.
+    pub threads: usize,
+}
+
+/// Parts that make no scene.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// An index of an object is out of range.
+    #[error("object `{object}` refers to {what} {index}, but there are {count}")]
+    Reference {
+        /// The object's name.
+        object: String,
+        /// What is referred to.
+        what: &'static str,
+        /// The index given.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A transform is singular or not finite.
+    #[error("the transform of object `{0}` is singular or not finite")]
+    Transform(String),
+    /// A mesh's arrays do not fit together, or a value is not finite.
+    #[error("object `{0}`: {1}")]
+    Shape(String, &'static str),
+    /// A material is out of range.
+    #[error("material `{0}`: {1}")]
+    Material(String, String),
+    /// A point light has a value that is not finite or below 0.
+    #[error("point light {0}: position and intensity must be finite, intensity not negative")]
+    PointLight(usize),
+    /// The environment has a value that is not finite or below 0.
+    #[error("the environment's radiance must be finite and not negative")]
+    Environment,
+    /// Too many lights.
+    #[error(transparent)]
+    Lights(#[from] LightTableError),
+    /// The accelerator refused.
+    #[error(transparent)]
+    Accelerator(#[from] BuildError),
+}
+
+impl Scene {
+    /// Builds a scene.
+    ///
+    /// # Errors
+    /// When parts do not fit together or a value is out of range; see [`SceneError`].
+    pub fn build(parts: SceneParts, settings: &AcceleratorSettings) -> Result<Self, SceneError> {
+        validate(&parts)?;
+        let center = center_of(&parts);
+        let mut uses = vec![0usize; parts.shapes.len()];
+        for object in &parts.objects {
+            uses[object.shape] += 1;
+        }
+        let mut builder = Builder {
+            parts: &parts,
+            center,
+            uses,
+            shared: vec![None; parts.shapes.len()],
+            ..Builder::default_for(&parts)
+        };
+        for index in 0..parts.objects.len() {
+            builder.place(index)?;
+        }
+        for light in &parts.point_lights {
+            let position = (light.position - center).as_vec3();
+            builder.lights.push(Light::Point(PointLightSource { position, intensity: light.intensity }));
+        }
+        let environment = parts.environment.filter(|e| !e.is_black());
+        if let Some(radiance) = environment {
+            builder.lights.push(Light::Environment(ConstantEnvironment { radiance }));
+        }
+        let Builder { world, placements, lights, stats, .. } = builder;
+        let accelerator = Accelerator::build(&world, settings.kind, settings.isa, settings.threads)?;
+        let mut stats = stats;
+        stats.objects = parts.objects.len() as u64;
+        stats.materials = parts.materials.len() as u64;
+        stats.lights = lights.len() as u64;
+        stats.accelerator_bytes = accelerator.stats().bytes as u64;
+        let radius = accelerator.bounds().map_or(1.0, |b| {
+            let corner = Vec3::from(b.min).abs().max(Vec3::from(b.max).abs());
+            corner.length().max(f32::MIN_POSITIVE)
+        });
+        Ok(Self {
+            center,
+            placements,
+            bsdfs: parts.materials.iter().map(Material::bsdf).collect(),
+            lights: LightTable::new(lights, f64::from(radius))?,
+            environment,
+            accelerator,
+            opaque: parts.materials.iter().all(|m| m.opacity >= 1.0),
+            point_lights: parts.point_lights.len(),
+            materials: parts.materials,
+            stats,
+        })
+    }
+}
+
+struct Builder<'a> {
+    parts: &'a SceneParts,
+    center: DVec3,
+    /// How many objects place each shape.
+    uses: Vec<usize>,
+    /// Geometry of the shapes that are instanced, once made.
+    shared: Vec<Option<u32>>,
+    world: World,
+    placements: Vec<Placement>,
+    lights: Vec<Light>,
+    stats: SceneStats,
+}
+
+impl<'a> Builder<'a> {
+    fn default_for(parts: &'a SceneParts) -> Self {
+        Self {
+            parts,
+            center: DVec3::ZERO,
+            uses: Vec::new(),
+            shared: Vec::new(),
+            world: World::default(),
+            placements: Vec::new(),
+            lights: Vec::new(),
+            stats: SceneStats::default(),
+        }
+    }
+
+    fn place(&mut self, index: usize) -> Result<(), SceneError> {
+        let object = &self.parts.objects[index];
+        let to_local = DAffine3::from_translation(-self.center) * object.transform;
+        let (geometry, transform, primitives) = match &self.parts.shapes[object.shape] {
+            Shape::Sphere { center, radius } => self.place_sphere(to_local, *center, *radius, &object.name)?,
+            Shape::Rectangle { corner, u, v } => self.place_rectangle(to_local, *corner, *u, *v),
+            Shape::Mesh(mesh) if self.uses[object.shape] > 1 => {
+                self.place_instance(to_local, mesh, object.shape, &object.name)?
+            }
+            Shape::Mesh(mesh) => self.place_mesh(to_local, mesh),
+        };
+        let face_materials = match &self.parts.shapes[object.shape] {
+            Shape::Mesh(mesh) => mesh.face_materials.clone().filter(|_| object.materials.len() > 1),
+            _ => None,
+        };
+        let mut placement = Placement {
+            primitives,
+            transform,
+            materials: object.materials.iter().map(|m| *m as u32).collect(),
+            face_materials,
+            lights: FaceLights::None,
+        };
+        placement.lights = self.list_lights(&placement, &self.parts.shapes[object.shape], to_local);
+        match &placement.primitives {
+            Primitives::Mesh(mesh) => self.stats.triangles += mesh.indices.len() as u64,
+            Primitives::Sphere { .. } => self.stats.spheres += 1,
+        }
+        self.world.instances.push(Instance { geometry, transform, mask: u32::MAX });
+        self.placements.push(placement);
+        Ok(())
+    }
+
+    fn add_geometry(&mut self, geometry: Geometry) -> u32 {
+        self.world.geometries.push(geometry);
+        (self.world.geometries.len() - 1) as u32
+    }
+
+    fn add_mesh(&mut self, mesh: &MeshData) -> u32 {
+        let (positions, indices) = (mesh.positions.clone(), mesh.indices.clone());
+        self.add_geometry(Geometry::Triangles(TriangleMesh { positions, indices }))
+    }
+
+    /// A sphere stays a sphere under a similarity; else it is a unit sphere with a transform.
+    fn place_sphere(
+        &mut self,
+        to_local: DAffine3,
+        center: DVec3,
+        radius: f64,
+        name: &str,
+    ) -> Result<(u32, Option<Transform>, Primitives), SceneError> {
+        if let Some(scale) = similarity_scale(to_local.matrix3) {
+            let center = to_local.transform_point3(center).as_vec3();
+            let radius = (radius * scale) as f32;
+            if !(radius > 0.0 && radius.is_finite()) {
+                return Err(SceneError::Shape(name.to_owned(), "the sphere's radius is out of the range of f32"));
+            }
+            let spheres = Arc::new([Sphere { center: center.into(), radius }]);
+            return Ok((self.add_geometry(Geometry::Spheres(spheres)), None, Primitives::Sphere { center, radius }));
+        }
+        let unit =
+            to_local * DAffine3::from_scale_rotation_translation(DVec3::splat(radius), glam::DQuat::IDENTITY, center);
+        let spheres = Arc::new([Sphere { center: [0.0; 3], radius: 1.0 }]);
+        let geometry = self.add_geometry(Geometry::Spheres(spheres));
+        let primitives = Primitives::Sphere { center: Vec3::ZERO, radius: 1.0 };
+        Ok((geometry, Some(rounded(unit, name)?), primitives))
+    }
+
+    fn place_rectangle(
+        &mut self,
+        to_local: DAffine3,
+        corner: DVec3,
+        u: DVec3,
+        v: DVec3,
+    ) -> (u32, Option<Transform>, Primitives) {
+        let corners = [corner, corner + u, corner + u + v, corner + v];
+        let positions: Vec<_> = corners.map(|p| to_local.transform_point3(p).as_vec3().to_array()).into();
+        let mesh = MeshData {
+            positions: positions.into(),
+            indices: Arc::new(oriented([[0, 1, 2], [0, 2, 3]], to_local.matrix3.determinant() < 0.0)),
+            normals: None,
+            uvs: Some(Arc::new([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])),
+        };
+        (self.add_mesh(&mesh), None, Primitives::Mesh(mesh))
+    }
+
+    /// A mesh placed once is baked into world space.
+    fn place_mesh(&mut self, to_local: DAffine3, mesh: &Mesh) -> (u32, Option<Transform>, Primitives) {
+        let place = to_local * DAffine3::from_translation(mesh.origin);
+        let positions =
+            mesh.positions.iter().map(|p| place.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3().to_array());
+        let mirrored = place.matrix3.determinant() < 0.0;
+        let indices =
+            if mirrored { mesh.indices.iter().map(|[a, b, c]| [*a, *c, *b]).collect() } else { mesh.indices.clone() };
+        let normal_matrix = place.matrix3.inverse().transpose();
+        let normals = mesh.normals.as_ref().map(|normals| {
+            let to_world = |n: &[f32; 3]| {
+                let n = normal_matrix * Vec3::from(*n).as_dvec3();
+                n.normalize_or_zero().as_vec3().to_array()
+            };
+            normals.iter().map(to_world).collect()
+        });
+        let data = MeshData { positions: positions.collect(), indices, normals, uvs: mesh.uvs.clone() };
+        (self.add_mesh(&data), None, Primitives::Mesh(data))
+    }
+
+    /// A mesh placed more than once keeps its own space.
+    fn place_instance(
+        &mut self,
+        to_local: DAffine3,
+        mesh: &Mesh,
+        shape: usize,
+        name: &str,
+    ) -> Result<(u32, Option<Transform>, Primitives), SceneError> {
+        let data = MeshData {
+            positions: mesh.positions.clone(),
+            indices: mesh.indices.clone(),
+            normals: mesh.normals.clone(),
+            uvs: mesh.uvs.clone(),
+        };
+        let geometry = match self.shared[shape] {
+            Some(geometry) => geometry,
+            None => self.add_mesh(&data),
+        };
+        self.shared[shape] = Some(geometry);
+        let transform = rounded(to_local * DAffine3::from_translation(mesh.origin), name)?;
+        Ok((geometry, Some(transform), Primitives::Mesh(data)))
+    }
+
+    fn emission(&self, placement: &Placement, primitive: u32) -> Option<Emission> {
+        self.parts.materials[placement.material(primitive) as usize].emission.filter(|e| !e.radiance.is_black())
+    }
+
+    /// Lists the emitters of a placement.
+    fn list_lights(&mut self, placement: &Placement, shape: &Shape, to_local: DAffine3) -> FaceLights {
+        let next = self.lights.len() as u32;
+        match (&placement.primitives, shape) {
+            (Primitives::Sphere { center, radius }, _) => {
+                let Some(emission) = self.emission(placement, 0) else { return FaceLights::None };
+                self.lights.push(Light::Sphere(sphere_light(placement, *center, *radius, emission)));
+                FaceLights::One(next)
+            }
+            (Primitives::Mesh(mesh), Shape::Rectangle { .. }) => {
+                let Some(emission) = self.emission(placement, 0) else { return FaceLights::None };
+                let [a, b, _, d] = [0, 1, 2, 3].map(|i: usize| Vec3::from(mesh.positions[i]));
+                let Emission { radiance, two_sided } = emission;
+                let (u, v) = if to_local.matrix3.determinant() < 0.0 { (d - a, b - a) } else { (b - a, d - a) };
+                self.lights.push(Light::Rectangle(RectangleLight { corner: a, u, v, radiance, two_sided }));
+                FaceLights::One(next)
+            }
+            (Primitives::Mesh(mesh), _) => self.list_triangles(placement, mesh),
+        }
+    }
+
+    fn list_triangles(&mut self, placement: &Placement, mesh: &MeshData) -> FaceLights {
+        if !placement.materials.iter().any(|m| self.parts.materials[*m as usize].emission.is_some()) {
+            return FaceLights::None;
+        }
+        let to_world = |p: [f32; 3]| Vec3::from(placement.transform.as_ref().map_or(p, |t| t.point_to_world(p)));
+        let mirrored = placement.transform.as_ref().is_some_and(|t| t.determinant() < 0.0);
+        let faces: Box<[u32]> = (0..mesh.indices.len() as u32)
+            .map(|face| {
+                let Some(emission) = self.emission(placement, face) else { return NO_LIGHT };
+                let corners = mesh.indices[face as usize];
+                let own = corners.map(|i| Vec3::from(mesh.positions[i as usize]));
+                let winding = face_normal(own[0], own[1], own[2]);
+                let front = match &mesh.normals {
+                    None => winding,
+                    Some(n) => orient(winding, corners.iter().map(|i| Vec3::from(n[*i as usize])).sum()),
+                };
+                let [a, b, c] = corners.map(|i| to_world(mesh.positions[i as usize]));
+                // The light's front is the side of its winding.
+                let swap = (front.dot(winding) < 0.0) != mirrored;
+                let vertices = if swap { [a, c, b] } else { [a, b, c] };
+                let Emission { radiance, two_sided } = emission;
+                self.lights.push(Light::Triangle(TriangleLight { vertices, radiance, two_sided }));
+                (self.lights.len() - 1) as u32
+            })
+            .collect();
+        FaceLights::Each(faces)
+    }
+}
+
+fn sphere_light(placement: &Placement, center: Vec3, radius: f32, emission: Emission) -> SphereLight {
+    let Emission { radiance, two_sided } = emission;
+    match &placement.transform {
+        None => SphereLight { two_sided, ..SphereLight::round(center, radius, radiance) },
+        Some(transform) => {
+            let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| transform.vector_to_world((axis * radius).into()).into());
+            let center = transform.point_to_world(center.into()).into();
+            SphereLight { center, axes, radiance, two_sided }
+        }
+    }
+}
+
+fn oriented<const N: usize>(faces: [[u32; 3]; N], mirrored: bool) -> [[u32; 3]; N] {
+    faces.map(|[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] })
+}
+
+/// The scale of a similarity (rotation, reflection and uniform scale), or `None`.
+fn similarity_scale(m: DMat3) -> Option<f64> {
+    let gram = m.transpose() * m;
+    let squared = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
+    let off = (gram - DMat3::from_diagonal(DVec3::splat(squared))).to_cols_array();
+    off.iter().all(|d| d.abs() <= 1e-9 * squared).then(|| squared.sqrt())
+}
+
+fn rounded(m: DAffine3, name: &str) -> Result<Transform, SceneError> {
+    let row = |i: usize| {
+        [m.matrix3.x_axis[i] as f32, m.matrix3.y_axis[i] as f32, m.matrix3.z_axis[i] as f32, m.translation[i] as f32]
+    };
+    Transform::new([row(0), row(1), row(2)]).ok_or_else(|| SceneError::Transform(name.to_owned()))
+}
+
+/// Middle of the objects' bounds; zero for an empty scene.
+fn center_of(parts: &SceneParts) -> DVec3 {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    let mut grow = |p: DVec3| {
+        low = low.min(p);
+        high = high.max(p);
+    };
+    for object in &parts.objects {
+        let m = object.transform;
+        match &parts.shapes[object.shape] {
+            Shape::Mesh(mesh) => {
+                for p in mesh.positions.iter() {
+                    grow(m.transform_point3(mesh.origin + Vec3::from(*p).as_dvec3()));
+                }
+            }
+            Shape::Sphere { center, radius } => {
+                let center = m.transform_point3(*center);
+                let t = m.matrix3.transpose();
+                let extent = DVec3::new(t.x_axis.length(), t.y_axis.length(), t.z_axis.length()) * *radius;
+                grow(center - extent);
+                grow(center + extent);
+            }
+            Shape::Rectangle { corner, u, v } => {
+                for p in [*corner, *corner + *u, *corner + *v, *corner + *u + *v] {
+                    grow(m.transform_point3(p));
+                }
+            }
+        }
+    }
+    if low.x <= high.x { (low + high) * 0.5 } else { DVec3::ZERO }
+}
+
+fn validate(parts: &SceneParts) -> Result<(), SceneError> {
+    for material in &parts.materials {
+        material.validate().map_err(|e| SceneError::Material(material.name.clone(), e.to_string()))?;
+    }
+    for (i, light) in parts.point_lights.iter().enumerate() {
+        let fine = light.position.is_finite() && light.intensity.0.iter().all(|c| c.is_finite() && *c >= 0.0);
+        fine.then_some(()).ok_or(SceneError::PointLight(i))?;
+    }
+    if parts.environment.is_some_and(|e| e.0.iter().any(|c| !(c.is_finite() && *c >= 0.0))) {
+        return Err(SceneError::Environment);
+    }
+    for object in &parts.objects {
+        validate_object(parts, object)?;
+    }
+    Ok(())
+}
+
+fn validate_object(parts: &SceneParts, object: &super::Object) -> Result<(), SceneError> {
+    let reference = |what, index, count| SceneError::Reference { object: object.name.clone(), what, index, count };
+    let shape = parts.shapes.get(object.shape).ok_or_else(|| reference("shape", object.shape, parts.shapes.len()))?;
+    if object.materials.is_empty() {
+        return Err(reference("material", 0, 0));
+    }
+    if let Some(m) = object.materials.iter().find(|m| **m >= parts.materials.len()) {
+        return Err(reference("material", *m, parts.materials.len()));
+    }
+    let determinant = object.transform.matrix3.determinant();
+    if !object.transform.is_finite() || !determinant.is_finite() || determinant == 0.0 {
+        return Err(SceneError::Transform(object.name.clone()));
+    }
+    let wrong = |what| Err(SceneError::Shape(object.name.clone(), what));
+    match shape {
+        Shape::Sphere { center, radius } => {
+            if !(center.is_finite() && radius.is_finite() && *radius > 0.0) {
+                return wrong("a sphere needs a finite centre and a radius above 0");
+            }
+        }
+        Shape::Rectangle { corner, u, v } => {
+            if !(corner.is_finite() && u.is_finite() && v.is_finite()) || u.cross(*v).length_squared() == 0.0 {
+                return wrong("a rectangle needs finite edges that are not parallel");
+            }
+        }
+        Shape::Mesh(mesh) => return validate_mesh(mesh, object),
+    }
+    Ok(())
+}
+
+fn validate_mesh(mesh: &Mesh, object: &super::Object) -> Result<(), SceneError> {
+    let wrong = |what| Err(SceneError::Shape(object.name.clone(), what));
+    let vertices = mesh.positions.len();
+    if mesh.indices.iter().flatten().any(|i| *i as usize >= vertices) {
+        return wrong("a face refers to a vertex that is not there");
+    }
+    if !mesh.origin.is_finite() || mesh.positions.iter().flatten().any(|c| !c.is_finite()) {
+        return wrong("a vertex position is not finite");
+    }
+    if mesh.normals.as_ref().is_some_and(|n| n.len() != vertices || n.iter().flatten().any(|c| !c.is_finite())) {
+        return wrong("there must be one finite normal a vertex");
+    }
+    if mesh.uvs.as_ref().is_some_and(|t| t.len() != vertices || t.iter().flatten().any(|c| !c.is_finite())) {
+        return wrong("there must be one finite texture coordinate a vertex");
+    }
+    let slots = object.materials.len() as u32;
+    if let Some(faces) = &mesh.face_materials {
+        if faces.len() != mesh.indices.len() {
+            return wrong("there must be one material a face");
+        }
+        if slots > 1 && faces.iter().any(|slot| *slot >= slots) {
+            return wrong("a face has a material that the object does not have");
+        }
+    }
+    Ok(())
+}

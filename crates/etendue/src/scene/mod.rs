@@ -1,0 +1,162 @@
+//! The immutable scene that rays flow through.
+
+mod build;
+mod parts;
+
+pub use build::{AcceleratorSettings, SceneError};
+pub use parts::{Mesh, Object, PointLight, SceneParts, Shape};
+
+use crate::{
+    bsdf::Bsdf,
+    light::LightTable,
+    material::Material,
+    math::{DVec3, Vec2, Vec3},
+    spectrum::Spectrum,
+    surface::{self, MeshData, NO_LIGHT, SurfacePoint},
+};
+use etendue_accel::{Accelerator, Hit, Ray, Transform};
+use std::sync::Arc;
+
+/// What one instance of the accelerator's world looks like: one a scene object, in the same order.
+#[derive(Debug)]
+pub(crate) struct Placement {
+    pub primitives: Primitives,
+    /// `None` where the primitives are in world space already.
+    pub transform: Option<Transform>,
+    /// Materials of the object; at least one.
+    materials: Box<[u32]>,
+    /// Which of them each face has; absent: the first.
+    face_materials: Option<Arc<[u32]>>,
+    lights: FaceLights,
+}
+
+/// The primitives of a placement, in its own space.
+#[derive(Debug)]
+pub(crate) enum Primitives {
+    Mesh(MeshData),
+    Sphere { center: Vec3, radius: f32 },
+}
+
+/// Which light each face is.
+#[derive(Debug)]
+enum FaceLights {
+    None,
+    /// All faces are one light.
+    One(u32),
+    /// By face, [`NO_LIGHT`] where it does not emit.
+    Each(Box<[u32]>),
+}
+
+impl Placement {
+    #[inline]
+    pub fn material(&self, primitive: u32) -> u32 {
+        let slot = self.face_materials.as_ref().map_or(0, |faces| faces[primitive as usize]);
+        self.materials[slot as usize]
+    }
+
+    #[inline]
+    pub fn light(&self, primitive: u32) -> u32 {
+        match &self.lights {
+            FaceLights::None => NO_LIGHT,
+            FaceLights::One(light) => *light,
+            FaceLights::Each(faces) => faces[primitive as usize],
+        }
+    }
+}
+
+/// How much there is in a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneStats {
+    /// Objects placed.
+    pub objects: u64,
+    /// Triangles, each instance counted.
+    pub triangles: u64,
+    /// Spheres.
+    pub spheres: u64,
+    /// Emitters.
+    pub lights: u64,
+    /// Materials.
+    pub materials: u64,
+    /// Bytes of the accelerator.
+    pub accelerator_bytes: u64,
+}
+
+/// An immutable scene: geometry, materials, lights and accelerator, all relative to [`Scene::center`].
+pub struct Scene {
+    center: DVec3,
+    placements: Vec<Placement>,
+    materials: Vec<Material>,
+    bsdfs: Vec<Bsdf>,
+    lights: LightTable,
+    environment: Option<Spectrum>,
+    accelerator: Accelerator,
+    opaque: bool,
+    point_lights: usize,
+    stats: SceneStats,
+}
+
+impl Scene {
+    /// The point of the world that is the origin inside: the middle of the objects' bounds, metres.
+    pub fn center(&self) -> DVec3 {
+        self.center
+    }
+
+    /// Finds hits of rays that are relative to the centre.
+    pub fn accelerator(&self) -> &Accelerator {
+        &self.accelerator
+    }
+
+    /// The emitters.
+    pub fn lights(&self) -> &LightTable {
+        &self.lights
+    }
+
+    /// Radiance from outside of everything, the same in all directions; absent: black.
+    pub fn environment(&self) -> Option<Spectrum> {
+        self.environment
+    }
+
+    /// True if no surface lets rays pass straight through.
+    pub fn is_opaque(&self) -> bool {
+        self.opaque
+    }
+
+    /// True if some lights can be found by sampling only (`brute` does not see them).
+    pub fn has_point_lights(&self) -> bool {
+        self.point_lights > 0
+    }
+
+    /// The materials, as given.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Scattering of material `index`.
+    #[inline]
+    pub fn bsdf(&self, index: u32) -> &Bsdf {
+        &self.bsdfs[index as usize]
+    }
+
+    /// The full surface point of a hit that `ray` made.
+    #[inline]
+    pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        surface::surface_point(&self.placements[hit.id.instance as usize], ray, hit)
+    }
+
+    /// Texture coordinates of a hit.
+    pub fn texture_coordinates(&self, point: &SurfacePoint, hit: &Hit) -> Vec2 {
+        surface::texture_coordinates(&self.placements[hit.id.instance as usize], point, hit)
+    }
+
+    /// Fraction of the surface that is there, at a hit.
+    #[inline]
+    pub fn opacity(&self, hit: &Hit) -> f32 {
+        let placement = &self.placements[hit.id.instance as usize];
+        self.materials[placement.material(hit.id.primitive) as usize].opacity
+    }
+
+    /// How much there is in the scene.
+    pub fn stats(&self) -> SceneStats {
+        self.stats
+    }
+}

@@ -1,0 +1,138 @@
+//! The picture depends on scene, settings and seed: not on threads, tiles, waves, accelerators or instruction sets.
+
+mod common;
+
+use common::*;
+use etendue::{
+    film::{Aov, Film, FilmSettings},
+    image::{ChannelData, Image},
+    integrator::Integrator,
+    material::Scattering,
+    math::{DAffine3, DVec3, dvec3},
+    render::{RenderControl, RenderSettings, render},
+    sampling::Sampler,
+    scene::{AcceleratorSettings, Scene, SceneParts},
+    spectrum::Spectrum,
+};
+use etendue_accel::{AcceleratorKind, Isa, KdTreeSplit};
+
+fn parts() -> SceneParts {
+    let mut parts = Parts::default();
+    let white = parts.diffuse([0.7; 3]);
+    let light = parts.emitter([5.0, 4.0, 3.0], true);
+    let tint = Spectrum::ONE;
+    let glass =
+        parts.material(Scattering::Glass { ior: 1.5, reflection_tint: tint, transmission_tint: tint, thin: false });
+    let veil = parts.diffuse([0.2, 0.5, 0.3]);
+    parts.0.materials[veil].opacity = 0.6;
+    parts.rectangle(dvec3(-4.0, -1.0, -4.0), dvec3(0.0, 0.0, 8.0), dvec3(8.0, 0.0, 0.0), white);
+    parts.sphere(dvec3(-0.8, -0.3, 0.0), 0.7, glass);
+    parts.rectangle(dvec3(-1.0, 2.0, -1.0), dvec3(2.0, 0.0, 0.0), dvec3(0.0, 0.0, 2.0), light);
+    let body = parts.shape(ball(3));
+    for (i, material) in [white, veil, light, glass].into_iter().enumerate() {
+        let at = dvec3(0.8 * i as f64 - 0.6, 0.3 * i as f64 - 0.5, -0.5 * i as f64);
+        let scale = DVec3::new(0.3, 0.4 + 0.05 * i as f64, 0.35);
+        parts.place(
+            body,
+            DAffine3::from_translation(at) * DAffine3::from_rotation_y(0.3) * DAffine3::from_scale(scale),
+            material,
+        );
+    }
+    parts.0.environment = Some(Spectrum([0.2, 0.3, 0.4]));
+    parts.0
+}
+
+fn scene(kind: AcceleratorKind, isa: Isa) -> Scene {
+    Scene::build(parts(), &AcceleratorSettings { kind, isa, threads: 2 }).expect("a valid scene")
+}
+
+fn base() -> RenderSettings {
+    RenderSettings { spp: 20, seed: 7, threads: 2, ..RenderSettings::default() }
+}
+
+fn layers(scene: &Scene, settings: &RenderSettings, crop: Option<[u32; 4]>) -> Image {
+    let film = Film::new(&FilmSettings { resolution: [48, 36], crop, aovs: Aov::ALL.to_vec() }).expect("a film");
+    let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));
+    render(scene, &view, settings, &film, &RenderControl::default()).expect("valid settings");
+    film.develop()
+}
+
+/// Bits of every channel, so that equal means equal.
+fn bits(image: &Image) -> Vec<(String, Vec<u32>)> {
+    let of = |data: &ChannelData| match data {
+        ChannelData::F32(v) => v.iter().map(|v| v.to_bits()).collect(),
+        ChannelData::U32(v) => v.clone(),
+    };
+    image.channels.iter().map(|c| (c.name.clone(), of(&c.data))).collect()
+}
+
+#[test]
+fn same_bits_for_any_threads_tiles_and_waves() {
+    let scene = scene(AcceleratorKind::Bvh, Isa::detect());
+    let reference = bits(&layers(&scene, &base(), None));
+    for (threads, tile, wave) in [(1, 32, 256), (7, 32, 256), (2, 1, 1), (3, 5, 17), (2, 4096, 1000), (1, 7, 65536)] {
+        let image = layers(&scene, &RenderSettings { threads, tile, wave, ..base() }, None);
+        assert_eq!(reference, bits(&image), "threads {threads}, tile {tile}, wave {wave}");
+    }
+}
+
+#[test]
+fn same_bits_for_any_accelerator_and_instruction_set() {
+    let reference = bits(&layers(&scene(AcceleratorKind::Brute, Isa::Portable), &base(), None));
+    let kinds = [
+        AcceleratorKind::Brute,
+        AcceleratorKind::KdTree(KdTreeSplit::SurfaceArea),
+        AcceleratorKind::KdTree(KdTreeSplit::Midpoint),
+        AcceleratorKind::Bvh,
+    ];
+    for kind in kinds {
+        for isa in Isa::available() {
+            assert_eq!(reference, bits(&layers(&scene(kind, isa), &base(), None)), "{kind:?} {isa:?}");
+        }
+    }
+}
+
+#[test]
+fn a_crop_is_that_crop_of_the_whole() {
+    let scene = scene(AcceleratorKind::Bvh, Isa::detect());
+    for sampler in [Sampler::Sobol, Sampler::Independent] {
+        let settings = RenderSettings { sampler, ..base() };
+        let whole = bits(&layers(&scene, &settings, None));
+        let [x0, y0, x1, y1] = [11, 5, 40, 29];
+        let part = bits(&layers(&scene, &settings, Some([x0, y0, x1, y1])));
+        for ((name, whole), (_, part)) in whole.iter().zip(&part) {
+            let cut: Vec<u32> = (y0..y1).flat_map(|y| (x0..x1).map(move |x| whole[(y * 48 + x) as usize])).collect();
+            assert_eq!(&cut, part, "{name}, {sampler:?}");
+        }
+    }
+}
+
+#[test]
+fn another_seed_is_another_picture_and_the_same_seed_the_same() {
+    let scene = scene(AcceleratorKind::Bvh, Isa::detect());
+    let picture = |seed| bits(&layers(&scene, &RenderSettings { seed, ..base() }, None));
+    assert_eq!(picture(3), picture(3));
+    assert_ne!(picture(3), picture(4));
+}
+
+#[test]
+fn every_view_renders_without_a_number_left_out() {
+    let scene = scene(AcceleratorKind::Bvh, Isa::detect());
+    for integrator in Integrator::ALL {
+        let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));
+        let image = picture(&scene, &view, [32, 24], &RenderSettings { integrator, spp: 4, ..base() });
+        assert!(interleaved(&image).iter().any(|v| *v > 0.0), "{integrator} is black");
+    }
+}
+
+#[test]
+fn a_cancelled_render_keeps_whole_samples() {
+    let scene = scene(AcceleratorKind::Bvh, Isa::detect());
+    let film = Film::new(&FilmSettings { resolution: [48, 36], crop: None, aovs: vec![] }).expect("a film");
+    let control = RenderControl::default();
+    control.cancel();
+    let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));
+    render(&scene, &view, &base(), &film, &control).expect("valid settings");
+    assert_eq!(film.sample_counts().total, 0);
+    assert!(interleaved(&film.develop()).iter().all(|v| *v == 0.0));
+}
