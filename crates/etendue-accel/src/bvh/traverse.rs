@@ -12,11 +12,12 @@ use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::search::Search;
 use crate::simd::{Simd, Stack};
 
-/// Rays in flight where the structure does not fit into the cache.
-const IN_FLIGHT: usize = 12;
+/// Rays in flight where the structure does not fit into the cache. Measured: 8, 12 and 16 are alike, 2.2 times as fast on
+/// incoherent rays as one at 10^6 triangles, 1.4 times at 60,000, level at 10,000.
+const IN_FLIGHT: usize = 16;
 
-/// Structures of more bytes than this are traversed with several rays in flight.
-const CACHED_BYTES: usize = 1 << 21;
+/// Structures of more bytes than this are traversed with several rays in flight: the size of a second-level cache.
+const CACHED_BYTES: usize = 1 << 20;
 
 /// Searches for a slice of rays; `finish` gets the index of each ray and what was found.
 pub(crate) struct Trace<'a, F, const ANY: bool> {
