@@ -178,8 +178,7 @@ impl<'b, 's> Walk<'b, 's> {
     #[inline(always)]
     fn pop(&mut self, bvh: &'b Bvh) -> Option<Child> {
         loop {
-            let base = self.below.as_ref().map_or(0, |below| below.base);
-            if self.stack.len == base {
+            if self.stack.len == self.base() {
                 let below = self.below.take()?;
                 (self.level, self.local, self.slab) = (&bvh.top, below.local, below.slab);
                 continue;
@@ -223,10 +222,19 @@ impl<'b, 's> Walk<'b, 's> {
         self.stack.push(self.search.t_min, root);
     }
 
+    /// Where the entries of the current level start.
+    #[inline(always)]
+    fn base(&self) -> usize {
+        self.below.as_ref().map_or(0, |below| below.base)
+    }
+
     /// Asks for the memory of the next step.
     #[inline(always)]
     fn prefetch<S: Simd>(&self, simd: S) {
-        let Some(top) = self.stack.len.checked_sub(1) else { return };
+        if self.stack.len == self.base() {
+            return;
+        }
+        let top = self.stack.len - 1;
         match Child::of(self.stack.child[top]) {
             Child::Node(index) => simd.prefetch(&self.level.nodes[index as usize]),
             Child::Packs { first, .. } => simd.prefetch(&self.level.packs[first as usize]),

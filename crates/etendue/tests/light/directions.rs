@@ -13,7 +13,7 @@ use etendue::{
 use etendue_testkit::{Rng, chi2::ChiSquare};
 
 /// The offset of targets that the module's text promises.
-fn margin(case: &Case) -> f64 {
+pub fn margin(case: &Case) -> f64 {
     let world = double(case.ctx.point);
     let (corners, extent) = match &case.light {
         Light::Sphere(s) => (vec![double(s.center)], s.axes.iter().map(|a| double(*a).length()).sum()),

@@ -5,6 +5,7 @@ mod cases;
 mod directions;
 mod irradiance;
 mod robustness;
+mod segments;
 mod table;
 
 use etendue::math::{DVec3, Vec3, dvec3};
