@@ -254,7 +254,7 @@ fn one_statement_with_several_syntax_errors() {
         "[meshes.m]\npositions = [\n  [0, 0, x],\n  [1, 0, 0],\n  [0, 1.1.1, 0],\n]\nindces = []\n[film\n",
         &[
             "s.toml:4:10: error: string values must be quoted, expected literal string (TOML syntax)",
-            "s.toml:6:11: error: invalid float, expected nothing (TOML syntax)",
+            "s.toml:6:10: error: invalid float, expected nothing (TOML syntax)",
             "s.toml:8:1: error: unknown key `indces` in [meshes.NAME]; did you mean `indices`?",
             "s.toml:9:6: error: unclosed table, expected `]` (TOML syntax)",
         ],
