@@ -101,7 +101,9 @@ impl Scene {
         stats.objects = parts.objects.len() as u64;
         stats.materials = parts.materials.len() as u64;
         stats.lights = lights.len() as u64;
-        stats.accelerator_bytes = accelerator.stats().bytes as u64;
+        let structure = accelerator.stats();
+        stats.accelerator_nodes = structure.nodes as u64;
+        stats.accelerator_bytes = structure.bytes as u64;
         let radius = accelerator.bounds().map_or(1.0, |b| {
             let corner = Vec3::from(b.min).abs().max(Vec3::from(b.max).abs());
             corner.length().max(f32::MIN_POSITIVE)

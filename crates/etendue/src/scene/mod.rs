@@ -77,6 +77,8 @@ pub struct SceneStats {
     pub lights: u64,
     /// Materials.
     pub materials: u64,
+    /// Nodes of the accelerator.
+    pub accelerator_nodes: u64,
     /// Bytes of the accelerator.
     pub accelerator_bytes: u64,
 }
