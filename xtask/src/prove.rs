@@ -21,7 +21,7 @@ struct Proof {
 /// Prints the names.
 pub fn list() -> bool {
     println!("cargo xtask prove NAME, where NAME is one of:");
-    for (name, proof) in proofs() {
+    for (name, proof) in proofs().iter().flat_map(|(name, proofs)| proofs.iter().map(move |proof| (name, proof))) {
         println!("  {name:24} {}", proof.about);
     }
     true
@@ -30,7 +30,8 @@ pub fn list() -> bool {
 /// Runs one proof, or all.
 pub fn run(name: &str) -> bool {
     let proofs = proofs();
-    let chosen: Vec<_> = proofs.iter().filter(|(n, _)| name == "all" || *n == name).collect();
+    let chosen = proofs.iter().filter(|(n, _)| name == "all" || *n == name);
+    let chosen: Vec<_> = chosen.flat_map(|(name, proofs)| proofs.iter().map(move |proof| (name, proof))).collect();
     if chosen.is_empty() {
         eprintln!("no proof is called `{name}`; there are: {}", proofs.into_keys().collect::<Vec<_>>().join(", "));
         return false;
@@ -43,21 +44,24 @@ pub fn run(name: &str) -> bool {
     })
 }
 
-/// All proofs by name: integration tests by theirs, unit tests by their package's. Found by looking for the variable in the
-/// sources, so that the list cannot grow stale.
-fn proofs() -> BTreeMap<String, Proof> {
+/// All proofs by name: integration tests by theirs (packages may share one), unit tests by their package's. Found by looking
+/// for the variable in the sources, or for a call of the package's shared function that reads it, so that the list cannot
+/// grow stale.
+fn proofs() -> BTreeMap<String, Vec<Proof>> {
     let root = root();
-    let mut proofs = BTreeMap::new();
+    let mut proofs: BTreeMap<String, Vec<Proof>> = BTreeMap::new();
     for file in hygiene::files(&root) {
         let Some((package, target)) = target_of(&file) else { continue };
         let Ok(text) = fs::read_to_string(root.join(&file)) else { continue };
-        if !text.contains(VARIABLE) {
+        let tests = root.join("crates").join(&package).join("tests");
+        let shared = fs::read_to_string(tests.join(SHARED).join("mod.rs")).unwrap_or_default();
+        let shared_call = reading_function(&shared).map(|name| format!("{name}("));
+        if !text.contains(VARIABLE) && !shared_call.is_some_and(|call| text.contains(&call)) {
             continue;
         }
         let (name, selector, main) = match target {
             Some(test) => {
-                let folder = root.join("crates").join(&package).join("tests");
-                let main = [folder.join(format!("{test}.rs")), folder.join(&test).join("main.rs")];
+                let main = [tests.join(format!("{test}.rs")), tests.join(&test).join("main.rs")];
                 (test.clone(), vec!["--test".to_owned(), test], main.into_iter().find(|m| m.is_file()))
             }
             None => (package.clone(), vec!["--lib".to_owned()], None),
@@ -65,9 +69,22 @@ fn proofs() -> BTreeMap<String, Proof> {
         let about = main.and_then(|m| fs::read_to_string(m).ok()).map(|t| first_doc_line(&t)).unwrap_or_default();
         let mut arguments = vec!["--package".to_owned(), package];
         arguments.extend(selector);
-        proofs.entry(name).or_insert(Proof { arguments, about });
+        let same_name = proofs.entry(name).or_default();
+        if same_name.iter().all(|proof| proof.arguments != arguments) {
+            same_name.push(Proof { arguments, about });
+        }
     }
     proofs
+}
+
+/// The folder of what a package's integration tests share.
+const SHARED: &str = "common";
+
+/// The name of the function in `text` whose body names the variable.
+fn reading_function(text: &str) -> Option<&str> {
+    let before = &text[..text.rfind(VARIABLE)?];
+    let name = &before[before.rfind("fn ")? + 3..];
+    name.split_once('(').map(|(name, _)| name)
 }
 
 /// The package that a source file belongs to, and its integration test if it is part of one.
@@ -78,6 +95,7 @@ fn target_of(file: &Path) -> Option<(String, Option<String>)> {
         .collect();
     match parts[..] {
         ["crates", package, "src", ..] if file.extension()? == "rs" => Some((package.to_owned(), None)),
+        ["crates", _, "tests", SHARED, ..] => None,
         ["crates", package, "tests", test, ..] if file.extension()? == "rs" => {
             Some((package.to_owned(), Some(test.trim_end_matches(".rs").to_owned())))
         }
@@ -100,6 +118,14 @@ mod tests {
         assert_eq!(of("crates/a/tests/bsdf/warp.rs"), Some(("a".to_owned(), Some("bsdf".to_owned()))));
         assert_eq!(of("crates/a/src/b/c.rs"), Some(("a".to_owned(), None)));
         assert_eq!(of("crates/a/tests/data.toml"), None);
+        assert_eq!(of("crates/a/tests/common/mod.rs"), None);
         assert_eq!(of("xtask/src/prove.rs"), None);
+    }
+
+    #[test]
+    fn the_function_that_reads_the_variable_is_found() {
+        let text = "fn a() {}\n/// ETENDUE_PROVE\npub fn rays() -> u64 { var(\"ETENDUE_PROVE\") }\nfn b() {}";
+        assert_eq!(reading_function(text), Some("rays"));
+        assert_eq!(reading_function("fn a() {}"), None);
     }
 }

@@ -47,9 +47,12 @@
 //! # The sum
 //!
 //! 10.2 + 4 + 1.1 + a little < 16 for plain structures, 19 + 5.1 + a little < 26 for instances. The pad is
-//! 32 u (k (|o| + E) + F), k and F the largest of k_i + 32-fold-weighted residuals and of ||M|| (E' + |S|) over the
-//! instances (k = 1, F = 0 without). A floor of 2^-100 covers numbers that lose bits below the range of f32. Pads are cut at
-//! 2^52, beyond all coordinates: no number of a box test can overflow, and none is NaN.
+//!
+//!   32 u (k (|o| + E) + F)
+//!
+//! with k = 1 and F = 0 without instances, else the largest over them of k = ||M|| ||N|| + ||M N - 1|| / 32 u and of
+//! F = ||M|| (E' + |S|) + |M S + T| / 32 u. A floor of 2^-100 covers numbers that lose bits below the range of f32. Pads
+//! are cut at 2^52, beyond all coordinates: no number of a box test can overflow, and none is NaN.
 
 use crate::bounds::{Bounds, greatest, least, round_up};
 use crate::geometry::Transform;

@@ -8,6 +8,7 @@
 //! relative precision, however thin the triangle. So the weights are precise, which the paper's f32 weights are not for
 //! slivers, and the proof of the boxes (`padding.rs`) rests on that.
 
+use crate::bounds::{greatest, least};
 use crate::local_ray::LocalRay;
 
 /// A hit on a triangle, not yet compared with the range of t.
@@ -23,16 +24,17 @@ pub(crate) struct TriangleHit {
 /// A vertex relative to the origin, sheared: its distances from the ray along two axes, and its ray parameter.
 #[inline(always)]
 fn shear(ray: &LocalRay, p: [f32; 3]) -> [f32; 3] {
-    let [x, y, z] = ray.axes.map(|axis| p[axis] - ray.origin[axis]);
+    let [kx, ky, kz] = ray.axes;
+    let (x, y, z) = (p[kx] - ray.origin[kx], p[ky] - ray.origin[ky], p[kz] - ray.origin[kz]);
     [x - ray.shear[0] * z, y - ray.shear[1] * z, ray.shear[2] * z]
 }
 
 /// Where the line of the ray meets a triangle. None if the triangle is seen edge-on or has no area.
 #[inline(always)]
 pub(crate) fn intersect(ray: &LocalRay, vertices: &[[f32; 3]; 3]) -> Option<TriangleHit> {
-    let [a, b, c] = vertices.map(|p| shear(ray, p));
-    let edges = [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]];
-    if edges.iter().any(|&e| e < 0.0) && edges.iter().any(|&e| e > 0.0) {
+    let (a, b, c) = (shear(ray, vertices[0]), shear(ray, vertices[1]), shear(ray, vertices[2]));
+    let (u, v, w) = (c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]);
+    if least(least(u, v), w) < 0.0 && greatest(greatest(u, v), w) > 0.0 {
         return None;
     }
     decide(a, b, c)

@@ -83,7 +83,8 @@ impl Targets {
             }
             // From far away.
             4 => {
-                let far = *rng.pick(&[10.0, 1e4, 1e5, 1e6, 1e7]) * self.reach;
+                // The pads of the farthest hold the whole world, so that everything is tested.
+                let far = *rng.pick(&[3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 1e4, 1e5, 1e6, 1e7]) * self.reach;
                 let origin = scale(rng.direction(), far);
                 (origin, scale(sub(target, origin), *rng.pick(&[1.0, 1e-3, 1e-6])))
             }
@@ -369,7 +370,7 @@ fn larger_than_the_cache() {
     };
     let targets = Targets::of(&world);
     let mut rng = Rng(17);
-    let rays: Vec<Ray> = (0..ray_count() / 8).map(|_| targets.ray(&mut rng)).collect();
+    let rays: Vec<Ray> = (0..ray_count() / 40).map(|_| targets.ray(&mut rng)).collect();
     let tree = AcceleratorKind::KdTree(etendue_accel::KdTreeSplit::SurfaceArea);
     let reference = Accelerator::build(&world, tree, Isa::Portable, 2).unwrap();
     let mut expected = vec![Hit::MISS; rays.len()];
@@ -377,7 +378,7 @@ fn larger_than_the_cache() {
     assert!(expected.iter().filter(|hit| hit.is_hit()).count() > rays.len() / 4);
     for isa in Isa::available() {
         let bvh = Accelerator::build(&world, AcceleratorKind::Bvh, isa, 2).unwrap();
-        assert!(bvh.stats().bytes > 10 << 20, "{:?}", bvh.stats());
+        assert!(bvh.stats().bytes > 4 << 20, "{:?}", bvh.stats());
         let mut hits = vec![Hit::MISS; rays.len()];
         bvh.closest_hits(&rays, &mut hits);
         for ((ray, expected), hit) in rays.iter().zip(&expected).zip(&hits) {

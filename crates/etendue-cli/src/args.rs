@@ -44,7 +44,7 @@ Examples:
   etendue render scenes/cornell-box.toml
   etendue render scene.toml -o quick.png --size 320x240 --spp 16
   etendue render scene.toml -o out.exr --aov albedo,normal,depth --spp 1024 --seed 7
-  etendue render scene.toml -o detail.exr --crop 100,50,200,150
+  etendue render scene.toml -o detail.exr --size 1920x1080 --crop 960,500,1060,600
   etendue render scene.toml --json --quiet | jq .film_hash
 
 Options given here replace what the scene file says. The picture depends on the scene, --spp,
@@ -54,7 +54,7 @@ stops after the tiles in work and writes what there is; a second one stops at on
 
 /// Arguments of `etendue render`.
 #[derive(Debug, Args)]
-#[command(before_help = RENDER_EXAMPLES)]
+#[command(before_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
     /// Scene file (.toml)
     pub input: PathBuf,
@@ -104,7 +104,7 @@ pub struct RenderArgs {
     pub crop: Option<[u32; 4]>,
 
     /// Brighten 8 bit pictures by this many stops
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_exposure)]
+    #[arg(long, value_name = "STOPS", value_parser = parse_exposure)]
     pub exposure: Option<f32>,
 
     /// Tone curve of 8 bit pictures
@@ -153,7 +153,7 @@ in either are counted, and left out of the mean.";
 
 /// Arguments of `etendue diff`.
 #[derive(Debug, Args)]
-#[command(before_help = DIFF_EXAMPLES)]
+#[command(before_help = DIFF_EXAMPLES, allow_negative_numbers = true)]
 pub struct DiffArgs {
     /// Picture (.png, .exr, .pfm)
     pub a: PathBuf,

@@ -85,9 +85,15 @@ fn render(diagnostic: &Diagnostic, sources: &SourceMap, renderer: &Renderer) -> 
         let text = format!("{before}{}{after}", excerpt.text);
         let span = excerpt.highlight.start + before.len()..excerpt.highlight.end + before.len();
         let annotation = AnnotationKind::Primary.span(span).label(diagnostic.label.as_deref());
-        group = group
-            .element(Origin::path(path.display().to_string()).line(position.line).char_column(position.column))
-            .element(Snippet::source(text).line_start(position.line).fold(false).annotation(annotation));
+        let path = path.display().to_string();
+        let snippet = Snippet::source(text).line_start(position.line).fold(false).annotation(annotation);
+        group = if excerpt.cut_before {
+            // The column of a cut line cannot be counted from what is left of it.
+            let origin = Origin::path(path).line(position.line).char_column(position.column);
+            group.element(origin).element(snippet)
+        } else {
+            group.element(snippet.path(path))
+        };
     } else if let Some(label) = &diagnostic.label {
         group = group.element(Level::NOTE.message(label));
     }

@@ -3,7 +3,7 @@
 /// Bounds on the input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of a scene file. Its tree takes some fifty times its size in memory.
+    /// Bytes of a scene file. Its tree takes up to eighty times its size in memory.
     pub scene_bytes: u64,
     /// Bytes of one mesh file, compressed or not.
     pub file_bytes: u64,

@@ -249,6 +249,19 @@ fn syntax_errors_do_not_hide_what_follows() {
 }
 
 #[test]
+fn one_statement_with_several_syntax_errors() {
+    body_says(
+        "[meshes.m]\npositions = [\n  [0, 0, x],\n  [1, 0, 0],\n  [0, 1.1.1, 0],\n]\nindces = []\n[film\n",
+        &[
+            "s.toml:4:10: error: string values must be quoted, expected literal string (TOML syntax)",
+            "s.toml:6:10: error: invalid float, expected nothing (TOML syntax)",
+            "s.toml:8:1: error: unknown key `indces` in [meshes.NAME]; did you mean `indices`?",
+            "s.toml:9:6: error: unclosed table, expected `]` (TOML syntax)",
+        ],
+    );
+}
+
+#[test]
 fn bytes_that_are_not_text() {
     let (good, found) = read(b"[camera]\nposition = [0, 0, 5] # caf\xe9\nlook_at = [0, 0, 0]\nfof = 3\n");
     assert!(!good);

@@ -340,3 +340,26 @@ fn links_and_permissions_are_kept() {
     assert!(matches!(write(&round), Err(WriteError::Io { .. })));
     assert!(matches!(atomic::check_writable(Path::new("/dev/null")), Err(WriteError::NotRegular { .. })));
 }
+
+#[test]
+fn whoever_reads_while_files_are_replaced_sees_whole_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let write = || write_image(&path, Format::Exr, &picture(), &metadata(), &linear_to_byte).unwrap();
+    write();
+    let done = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let reader = scope.spawn(|| {
+            let mut reads = 0;
+            while reads < 50 || !done.load(std::sync::atomic::Ordering::SeqCst) {
+                assert_eq!(read_image(&path, &Limits::default()).unwrap(), picture());
+                reads += 1;
+            }
+        });
+        for _ in 0..30 {
+            write();
+        }
+        done.store(true, std::sync::atomic::Ordering::SeqCst);
+        reader.join().unwrap();
+    });
+}

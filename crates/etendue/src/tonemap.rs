@@ -41,8 +41,7 @@ impl ToneCurve {
 
     /// Display-linear colour in [0, 1] of a linear one, exposure applied before. Negative channels and NaN count as 0.
     pub fn apply(self, rgb: [f32; 3]) -> [f32; 3] {
-        // `max` ignores NaN.
-        let rgb = rgb.map(|c| c.max(0.0).min(LARGE));
+        let rgb = rgb.map(|c| positive(c, LARGE));
         let mapped = match self {
             Self::Srgb => rgb,
             Self::Reinhard => reinhard(rgb),
@@ -50,6 +49,11 @@ impl ToneCurve {
         };
         mapped.map(|c| c.clamp(0.0, 1.0))
     }
+}
+
+/// The number if it is within [0, most], the nearer end if not, 0 for NaN.
+fn positive(x: f32, most: f32) -> f32 {
+    if x > 0.0 { x.min(most) } else { 0.0 }
 }
 
 fn reinhard(rgb: [f32; 3]) -> [f32; 3] {
@@ -91,7 +95,7 @@ pub fn exposure_factor(stops: f32) -> f32 {
 
 /// sRGB transfer (IEC 61966-2-1) of a linear value, rounded to the nearest of 0 to 255. NaN gives 0, infinity 255.
 pub fn to_srgb8(linear: f32) -> u8 {
-    let c = linear.max(0.0).min(1.0);
+    let c = positive(linear, 1.0);
     let encoded =
         if c <= 0.003_130_8 { 12.92 * f64::from(c) } else { 1.055 * exp_wide(ln_wide(c) * (1.0 / 2.4)) - 0.055 };
     (encoded * 255.0 + 0.5) as u8

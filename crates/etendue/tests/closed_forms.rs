@@ -31,7 +31,7 @@ fn lamp_in_a_room() -> Scene {
 }
 
 fn covered() -> f64 {
-    (LAMP / ROOM).powi(2)
+    (LAMP / ROOM) * (LAMP / ROOM)
 }
 
 fn exact_wall() -> f64 {

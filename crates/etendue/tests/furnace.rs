@@ -25,11 +25,12 @@ fn closed(room: Shape, rho: f32) -> Scene {
     parts.build()
 }
 
-type Room = (&'static str, fn() -> Shape);
+/// A name and what makes the shape.
+type Body = (&'static str, fn() -> Shape);
 
-const ROOMS: [Room; 3] = [("sphere", unit_sphere), ("cube", || cube(true)), ("ball", || ball(2))];
+const ROOMS: [Body; 3] = [("sphere", unit_sphere), ("cube", || cube(true)), ("ball", || ball(2))];
 
-fn check_closed(rho: f32, spp: u32, (name, room): Room, integrator: Integrator, sampler: Sampler, precision: f64) {
+fn check_closed(rho: f32, spp: u32, (name, room): Body, integrator: Integrator, sampler: Sampler, precision: f64) {
     let view = camera(dvec3(0.1, -0.2, 0.3), dvec3(1.0, 0.3, 0.2));
     let exact = f64::from(EMITTED) / (1.0 - f64::from(rho));
     let settings = RenderSettings { sampler, ..statistics(integrator, spp) };
@@ -94,7 +95,7 @@ fn diffuse(rho: f32) -> Scattering {
 
 #[test]
 fn white_bodies_vanish_under_a_white_sky_at_all_scales() {
-    let bodies: [(&str, fn() -> Shape); 3] = [("sphere", unit_sphere), ("cube", || cube(false)), ("ball", || ball(3))];
+    let bodies: [Body; 3] = [("sphere", unit_sphere), ("cube", || cube(false)), ("ball", || ball(3))];
     for (scale, shift) in PLACES {
         for (name, body) in bodies {
             let (scene, view) = under_white_sky(body(), diffuse(1.0), scale, shift);
@@ -110,7 +111,7 @@ fn white_bodies_vanish_under_a_white_sky_at_all_scales() {
 #[test]
 fn a_convex_body_does_not_shadow_itself() {
     // Every path hits the body at most once, so each sample of it is worth exactly rho, of the sky exactly 1.
-    let bodies: [(&str, fn() -> Shape); 3] = [("sphere", unit_sphere), ("cube", || cube(false)), ("ball", || ball(4))];
+    let bodies: [Body; 3] = [("sphere", unit_sphere), ("cube", || cube(false)), ("ball", || ball(4))];
     for (scale, shift) in PLACES {
         for (name, body) in bodies {
             let (scene, view) = under_white_sky(body(), diffuse(0.5), scale, shift);
@@ -128,7 +129,7 @@ fn lossless_glass_vanishes_under_a_white_sky() {
     let (ior, tint) = (1.5, Spectrum::ONE);
     let glass = Scattering::Glass { ior, reflection_tint: tint, transmission_tint: tint, thin: false };
     let thin = Scattering::Glass { ior, reflection_tint: tint, transmission_tint: tint, thin: true };
-    let bodies: [(&str, fn() -> Shape); 3] = [("sphere", unit_sphere), ("cube", || cube(false)), ("ball", || ball(3))];
+    let bodies: [Body; 3] = [("sphere", unit_sphere), ("cube", || cube(false)), ("ball", || ball(3))];
     for (what, scattering) in [("glass", glass), ("thin glass", thin)] {
         for (name, body) in bodies {
             let (scene, view) = under_white_sky(body(), scattering.clone(), 1.0, 0.0);

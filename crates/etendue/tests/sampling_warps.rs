@@ -14,7 +14,7 @@ fn direction(w: Vec3) -> Option<[f64; 3]> {
 }
 
 fn chi2(seed: u64) -> ChiSquare {
-    ChiSquare::new(400_000).seed(seed)
+    ChiSquare::new(1_000_000).cells(150).seed(seed)
 }
 
 #[test]

@@ -67,3 +67,76 @@ impl Bvh {
         std::iter::once(&self.top).chain(self.objects.iter().flatten())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Geometry, Instance, Transform, TriangleMesh};
+
+    /// Large enough for parallel bins and parallel halves.
+    fn scattered(count: u32) -> World {
+        let mut state = 7_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let positions: Vec<[f32; 3]> = (0..3 * count).map(|_| [random(), random(), random()]).collect();
+        let indices: Vec<[u32; 3]> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = TriangleMesh { positions: positions.into(), indices: indices.into() };
+        let placed = Instance { geometry: 0, transform: Some(Transform::IDENTITY), mask: 1 };
+        let instances = vec![Instance { geometry: 0, transform: None, mask: 3 }, placed];
+        World { geometries: vec![Geometry::Triangles(mesh)], instances }
+    }
+
+    #[test]
+    fn the_number_of_threads_leaves_no_trace() {
+        let world = scattered(100_000);
+        let bytes = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let bvh = pool.install(|| Bvh::build(&world)).unwrap();
+            let level = |level: &Level| -> Vec<u8> {
+                let (nodes, packs) = (bytemuck::cast_slice(&level.nodes), bytemuck::cast_slice(&level.packs));
+                [nodes, packs].concat()
+            };
+            bvh.levels().map(level).collect::<Vec<_>>()
+        };
+        let one = bytes(1);
+        assert_eq!(one.len(), 2);
+        assert!(one == bytes(2) && one == bytes(5));
+    }
+
+    #[test]
+    fn every_triangle_is_in_one_leaf_inside_its_boxes() {
+        let world = scattered(5_000);
+        let bvh = Bvh::build(&world).unwrap();
+        let level = &bvh.top;
+        let mut seen = vec![0; 5_000];
+        let mut pending = vec![(level.root.unwrap(), level.bounds)];
+        while let Some((word, bounds)) = pending.pop() {
+            match node::Child::of(word) {
+                node::Child::Node(index) => {
+                    let node = &level.nodes[index as usize];
+                    for (i, &child) in node.children.iter().enumerate() {
+                        let at = |row: usize| node.rows[row][i];
+                        let inner = Bounds { min: [at(0), at(2), at(4)], max: [at(1), at(3), at(5)] };
+                        if !inner.is_empty() {
+                            assert_eq!(bounds.join(&inner), bounds);
+                            pending.push((child, inner));
+                        }
+                    }
+                }
+                node::Child::Packs { first, count } => {
+                    for pack in &level.packs[first as usize..(first + count) as usize] {
+                        for lane in (0..node::LANES).filter(|&lane| pack.mask[lane] != 0) {
+                            assert_eq!(bounds.join(&Bounds::of_points(pack.triangle(lane))), bounds);
+                            seen[pack.primitive[lane] as usize] += 1;
+                        }
+                    }
+                }
+                node::Child::Spheres { .. } => panic!("there are no spheres"),
+                node::Child::Instance(index) => assert_eq!(level.instances[index as usize].instance, 1),
+            }
+        }
+        assert!(seen.iter().all(|&times| times == 1));
+    }
+}

@@ -12,11 +12,12 @@ use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::search::Search;
 use crate::simd::{Simd, Stack};
 
-/// Rays in flight where the structure does not fit into the cache.
-const IN_FLIGHT: usize = 12;
+/// Rays in flight where the structure does not fit into the cache. Measured: 8, 12 and 16 are alike, 2.2 times as fast on
+/// incoherent rays as one at 10^6 triangles, 1.4 times at 60,000, level at 10,000.
+const IN_FLIGHT: usize = 16;
 
-/// Structures of more bytes than this are traversed with several rays in flight.
-const CACHED_BYTES: usize = 1 << 21;
+/// Structures of more bytes than this are traversed with several rays in flight: the size of a second-level cache.
+const CACHED_BYTES: usize = 1 << 20;
 
 /// Searches for a slice of rays; `finish` gets the index of each ray and what was found.
 pub(crate) struct Trace<'a, F, const ANY: bool> {
@@ -178,8 +179,7 @@ impl<'b, 's> Walk<'b, 's> {
     #[inline(always)]
     fn pop(&mut self, bvh: &'b Bvh) -> Option<Child> {
         loop {
-            let base = self.below.as_ref().map_or(0, |below| below.base);
-            if self.stack.len == base {
+            if self.stack.len == self.base() {
                 let below = self.below.take()?;
                 (self.level, self.local, self.slab) = (&bvh.top, below.local, below.slab);
                 continue;
@@ -223,10 +223,19 @@ impl<'b, 's> Walk<'b, 's> {
         self.stack.push(self.search.t_min, root);
     }
 
+    /// Where the entries of the current level start.
+    #[inline(always)]
+    fn base(&self) -> usize {
+        self.below.as_ref().map_or(0, |below| below.base)
+    }
+
     /// Asks for the memory of the next step.
     #[inline(always)]
     fn prefetch<S: Simd>(&self, simd: S) {
-        let Some(top) = self.stack.len.checked_sub(1) else { return };
+        if self.stack.len == self.base() {
+            return;
+        }
+        let top = self.stack.len - 1;
         match Child::of(self.stack.child[top]) {
             Child::Node(index) => simd.prefetch(&self.level.nodes[index as usize]),
             Child::Packs { first, .. } => simd.prefetch(&self.level.packs[first as usize]),

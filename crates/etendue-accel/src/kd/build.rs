@@ -109,51 +109,62 @@ impl Builder<'_> {
     }
 
     fn cheapest(&self, references: &[u32], cell: &Bounds) -> Option<Cut> {
+        let clipped = |&i: &u32| {
+            let bounds = &self.items[i as usize].bounds;
+            let clip = |p: [f32; 3]| [0, 1, 2].map(|a| greatest(least(p[a], cell.max[a]), cell.min[a]));
+            Bounds { min: clip(bounds.min), max: clip(bounds.max) }
+        };
+        let used = references.iter().map(clipped).fold(Bounds::EMPTY, |used, bounds| used.join(&bounds));
+        // Infinite where everything lies in one plane.
+        let scale = [0, 1, 2].map(|a| BINS as f32 / (used.max[a] - used.min[a]));
+        let bin = |x: f32, axis: usize| (((x - used.min[axis]) * scale[axis]) as usize).min(BINS - 1);
+        let (mut starts, mut stops) = ([[0_usize; BINS]; 3], [[0_usize; BINS]; 3]);
+        for bounds in references.iter().map(clipped) {
+            for axis in 0..3 {
+                starts[axis][bin(bounds.min[axis], axis)] += 1;
+                stops[axis][bin(bounds.max[axis], axis)] += 1;
+            }
+        }
         let count = references.len();
-        let whole = cell.half_area();
-        let mut best_cost = count as f32 * whole;
-        let mut best = None;
+        let mut best = Best { cell, cut: None, cost: count as f32 * cell.half_area() };
         for axis in 0..3 {
-            let clip = |x: f32| greatest(least(x, cell.max[axis]), cell.min[axis]);
-            let spans = references.iter().map(|&i| &self.items[i as usize].bounds);
-            let spans = spans.map(|b| (clip(b.min[axis]), clip(b.max[axis])));
-            let ends = |(low, high): (f32, f32), (a, b): (f32, f32)| (least(low, a), greatest(high, b));
-            let (low, high) = spans.clone().fold((f32::INFINITY, f32::NEG_INFINITY), ends);
-            let scale = BINS as f32 / (high - low);
-            if scale.is_finite() {
-                let bin = |x: f32| (((x - low) * scale) as usize).min(BINS - 1);
-                let (mut starts, mut stops) = ([0_usize; BINS], [0_usize; BINS]);
-                for (a, b) in spans {
-                    starts[bin(a)] += 1;
-                    stops[bin(b)] += 1;
-                }
+            if scale[axis].is_finite() {
                 let (mut below, mut above) = (0, count);
                 for i in 1..BINS {
-                    below += starts[i - 1];
-                    above -= stops[i - 1];
-                    consider(cell, Cut { axis, at: low + i as f32 / scale }, below, above, &mut best, &mut best_cost);
+                    below += starts[axis][i - 1];
+                    above -= stops[axis][i - 1];
+                    best.consider(Cut { axis, at: used.min[axis] + i as f32 / scale[axis] }, below, above);
                 }
             }
             // The ends of what is there cut off empty space.
-            consider(cell, Cut { axis, at: low.next_down() }, 0, count, &mut best, &mut best_cost);
-            consider(cell, Cut { axis, at: high }, count, 0, &mut best, &mut best_cost);
+            best.consider(Cut { axis, at: used.min[axis].next_down() }, 0, count);
+            best.consider(Cut { axis, at: used.max[axis] }, count, 0);
         }
-        best
+        best.cut
     }
 }
 
-fn consider(cell: &Bounds, cut: Cut, below: usize, above: usize, best: &mut Option<Cut>, best_cost: &mut f32) {
-    let Cut { axis, at } = cut;
-    if !(cell.min[axis] < at && at < cell.max[axis]) {
-        return;
-    }
-    let (mut lower, mut upper) = (*cell, *cell);
-    (lower.max[axis], upper.min[axis]) = (at, at);
-    let tests = lower.half_area() * below as f32 + upper.half_area() * above as f32;
-    let factor = if below == 0 || above == 0 { EMPTY_FACTOR } else { 1.0 };
-    let cost = factor * (STEP_COST * cell.half_area() + tests);
-    if cost < *best_cost {
-        (*best, *best_cost) = (Some(cut), cost);
+/// The cheapest cut of a cell so far.
+struct Best<'a> {
+    cell: &'a Bounds,
+    cut: Option<Cut>,
+    cost: f32,
+}
+
+impl Best<'_> {
+    fn consider(&mut self, cut: Cut, below: usize, above: usize) {
+        let Cut { axis, at } = cut;
+        if !(self.cell.min[axis] < at && at < self.cell.max[axis]) {
+            return;
+        }
+        let (mut lower, mut upper) = (*self.cell, *self.cell);
+        (lower.max[axis], upper.min[axis]) = (at, at);
+        let tests = lower.half_area() * below as f32 + upper.half_area() * above as f32;
+        let factor = if below == 0 || above == 0 { EMPTY_FACTOR } else { 1.0 };
+        let cost = factor * (STEP_COST * self.cell.half_area() + tests);
+        if cost < self.cost {
+            (self.cut, self.cost) = (Some(cut), cost);
+        }
     }
 }
 

@@ -96,6 +96,13 @@ impl Simd for Portable {
         found
     }
 
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn prefetch<T>(self, what: &T) {
+        x86::prefetch(what);
+    }
+
+    #[cfg(not(target_arch = "x86_64"))]
     #[inline(always)]
     fn prefetch<T>(self, _what: &T) {}
 }

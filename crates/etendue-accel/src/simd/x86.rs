@@ -66,8 +66,9 @@ impl Simd for Avx512 {
     }
 }
 
+/// Asks for all cache lines of a value.
 #[inline(always)]
-fn prefetch<T>(what: &T) {
+pub(super) fn prefetch<T>(what: &T) {
     let start = std::ptr::from_ref(what).cast::<i8>();
     for line in 0..size_of::<T>().div_ceil(64) {
         // SAFETY: prefetching reads nothing that the program can see, at any address; SSE is part of x86-64.

@@ -9,7 +9,7 @@ use etendue_accel::{
 
 /// Rays for a test: ten million if `ETENDUE_PROVE` is 1, else a few.
 pub fn ray_count() -> usize {
-    if std::env::var("ETENDUE_PROVE").is_ok_and(|value| value == "1") { 10_000_000 } else { 200_000 }
+    if std::env::var("ETENDUE_PROVE").is_ok_and(|value| value == "1") { 10_000_000 } else { 100_000 }
 }
 
 /// SplitMix64 (Steele, Lea, Flood 2014).

@@ -156,8 +156,9 @@ impl Libraries<'_> {
         if let Some(material) = self.materials.get(&text) {
             return material.clone();
         }
-        // With a library missing that was said already; its materials need not be said one by one.
-        if !self.missing && !self.found.is_full(Severity::Warning) {
+        // With the only library missing that was said already; its materials need not be said one by one.
+        let said = self.missing && self.materials.is_empty();
+        if !said && !self.found.is_full(Severity::Warning) {
             let warning = Diagnostic::warning(format!("material `{}` is not defined", shown(name)));
             let warning = warning.at(place).label("a grey one is used");
             let names = self.materials.keys().map(String::as_str);

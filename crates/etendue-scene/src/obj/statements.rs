@@ -316,9 +316,14 @@ impl<'a> Parser<'a> {
     fn vertex(&mut self) {
         let mut position = DVec3::ZERO;
         for axis in 0..3 {
+            self.cursor.skip_blanks();
+            let start = self.cursor.at;
             match self.cursor.number() {
                 Ok(value) if value.abs() <= LARGEST => position[axis] = value,
-                Ok(_) => return self.bad_vertex(None),
+                Ok(_) => {
+                    self.cursor.at = start;
+                    return self.bad_vertex(None);
+                }
                 Err(error) => return self.bad_vertex(Some(error)),
             }
         }
@@ -416,6 +421,7 @@ impl<'a> Parser<'a> {
     /// `f v[/[vt][/vn]] ...`
     #[inline(always)]
     fn face(&mut self) {
+        self.cursor.skip_blanks();
         let first = self.out.corners.positions.len();
         let start = self.cursor.at;
         loop {

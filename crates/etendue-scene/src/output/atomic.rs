@@ -104,7 +104,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut fs::File) -> Result<(), EncodeE
     Ok(())
 }
 
-/// Finds out, without leaving a trace, whether [`write`] could start on `path`.
+/// Finds out, without leaving a trace, whether [`write()`] could start on `path`.
 pub fn check_writable(path: &Path) -> Result<(), WriteError> {
     let target = Target::resolve(path)?;
     target.create_beside().map(drop).map_err(|e| WriteError::from_io(path, e))

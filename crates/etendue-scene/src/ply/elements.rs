@@ -166,7 +166,8 @@ impl<V: Values> Reader<'_, V> {
     }
 
     fn end_of_element(&mut self) {
-        if self.values.end() {
+        // After an error the rest of the line is no surprise.
+        if self.values.end() && !self.found.has_errors() {
             let place = self.values.place().unwrap_or(0..0);
             self.skipped.add(Skipped::RestOfLine, b"", self.file, place);
         }
@@ -279,17 +280,31 @@ impl<V: Values> Reader<'_, V> {
         for index in 0..count as u64 {
             self.values.begin();
             let place = self.values.place();
-            let mut row = [0.0; COLUMNS];
-            for (property, column) in element.properties.iter().zip(&columns) {
-                match (property.kind, *column) {
-                    (Kind::Scalar(scalar), Some(column)) => row[column] = self.number(scalar, element, index)?,
-                    (kind, _) => self.skip_property(kind, element, index)?,
-                }
+            match self.row(element, &columns, index) {
+                Ok(row) => self.push_vertex(&mut vertices, row, place, element),
+                Err(Stop) => self.go_on()?,
             }
             self.end_of_element();
-            self.push_vertex(&mut vertices, row, place, element);
         }
         Ok(vertices)
+    }
+
+    #[inline(always)]
+    fn row(&mut self, element: &Element, columns: &[Option<usize>], index: u64) -> Result<[f64; COLUMNS], Stop> {
+        let mut row = [0.0; COLUMNS];
+        for (property, column) in element.properties.iter().zip(columns) {
+            match (property.kind, *column) {
+                (Kind::Scalar(scalar), Some(column)) => row[column] = self.number(scalar, element, index)?,
+                (kind, _) => self.skip_property(kind, element, index)?,
+            }
+        }
+        Ok(row)
+    }
+
+    /// After an error, text goes on with the next line, to find more of them.
+    fn go_on(&self) -> Result<(), Stop> {
+        let text = self.header.encoding == Encoding::Ascii;
+        if text && self.values.left() > 0 && !self.found.is_full(Severity::Error) { Ok(()) } else { Err(Stop) }
     }
 
     #[inline(always)]
@@ -339,24 +354,41 @@ impl<V: Values> Reader<'_, V> {
         if !strips {
             content.corners.reserve(element.count as usize * 3);
         }
-        let mut strip = vec![];
+        let mut strip = strips.then(Vec::new);
         for index in 0..element.count {
             self.values.begin();
-            for (i, property) in element.properties.iter().enumerate() {
-                match property.kind {
-                    Kind::List { length, item } if i == indices => {
-                        let count = self.list_length(length, item, element, index)?;
-                        if strips {
-                            self.strip(count, item, element, index, vertices, &mut strip)?;
-                            add_strip(&strip, content);
-                        } else {
-                            self.polygon(count, item, element, index, vertices, content)?;
-                        }
-                    }
-                    kind => self.skip_property(kind, element, index)?,
-                }
+            if let Err(Stop) = self.face(element, indices, index, vertices, content, strip.as_mut()) {
+                self.go_on()?;
             }
             self.end_of_element();
+        }
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn face(
+        &mut self,
+        element: &Element,
+        indices: usize,
+        index: u64,
+        vertices: u64,
+        content: &mut Content,
+        mut strip: Option<&mut Vec<u32>>,
+    ) -> Result<(), Stop> {
+        for (i, property) in element.properties.iter().enumerate() {
+            match property.kind {
+                Kind::List { length, item } if i == indices => {
+                    let count = self.list_length(length, item, element, index)?;
+                    match &mut strip {
+                        Some(strip) => {
+                            self.strip(count, item, element, index, vertices, strip)?;
+                            add_strip(strip, content);
+                        }
+                        None => self.polygon(count, item, element, index, vertices, content)?,
+                    }
+                }
+                kind => self.skip_property(kind, element, index)?,
+            }
         }
         Ok(())
     }

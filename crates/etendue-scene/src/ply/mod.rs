@@ -109,9 +109,13 @@ fn assemble(
             }
             triangles.filter(whole).collect()
         }
-        Some(sizes) => cut_polygons(&content.vertices.positions, &corners, &sizes, &mut |what| {
-            skipped.add(what, b"", file, place("face"));
-        }),
+        Some(sizes) => {
+            let (indices, repairs) = cut_polygons(&content.vertices.positions, &corners, &sizes);
+            for (what, count) in repairs {
+                skipped.add_many(what, b"", count, file, place("face"));
+            }
+            indices
+        }
     };
     let positions = content.vertices.positions;
     let normals = content.vertices.normals.filter(|normals| normals.iter().any(|n| *n != [0.0; 3]));
@@ -181,12 +185,13 @@ fn compact(content: &mut Content, used: &[bool]) {
     content.corners.iter_mut().for_each(|corner| *corner = renumbered[*corner as usize]);
 }
 
-fn cut_polygons(
-    positions: &[DVec3],
-    corners: &[u32],
-    sizes: &[u32],
-    repaired: &mut dyn FnMut(Skipped),
-) -> Vec<[u32; 3]> {
+/// The triangles, and what was repaired how often.
+fn cut_polygons(positions: &[DVec3], corners: &[u32], sizes: &[u32]) -> (Vec<[u32; 3]>, Vec<(Skipped, usize)>) {
+    let mut repairs: Vec<(Skipped, usize)> = vec![];
+    let mut repaired = |what| match repairs.iter_mut().find(|(kind, _)| *kind == what) {
+        Some((_, count)) => *count += 1,
+        None => repairs.push((what, 1)),
+    };
     let mut indices = Vec::with_capacity(sizes.iter().map(|&size| (size as usize).saturating_sub(2)).sum());
     let mut triangulator = Triangulator::new();
     let (mut ring, mut points, mut triangles) = (vec![], vec![], vec![]);
@@ -217,7 +222,7 @@ fn cut_polygons(
         // A corner that the polygon visits twice can meet itself.
         indices.extend(cut.filter(|[a, b, c]| a != b && b != c && c != a));
     }
-    indices
+    (indices, repairs)
 }
 
 /// Replaces normals that are zero by the sum of the vector areas of the faces about them; returns how many.

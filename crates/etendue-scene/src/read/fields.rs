@@ -2,7 +2,7 @@
 
 use super::keys::{Key, Section};
 use crate::{
-    Diagnostic, Diagnostics, Origin,
+    Diagnostic, Diagnostics, Origin, Severity,
     diagnostic::nearest,
     value::{Data, Entry, Value},
 };
@@ -244,10 +244,14 @@ impl<'a> Fields<'a> {
     fn unknown(&self, entry: &Entry) {
         let known = || self.section.keys.iter().filter(|k| self.applies(k)).map(|k| k.name);
         let error = Diagnostic::error(format!("unknown key `{}` in {}", entry.key, self.section.name));
+        let error = error.at(entry.origin.clone());
+        if self.cx.diagnostics.borrow().is_full(Severity::Error) {
+            return self.cx.push(error);
+        }
         let help = match nearest(&entry.key, known()) {
             Some(name) => format!("did you mean `{name}`?"),
             None => format!("the keys here are {}", list(known())),
         };
-        self.cx.push(error.at(entry.origin.clone()).help(help));
+        self.cx.push(error.help(help));
     }
 }

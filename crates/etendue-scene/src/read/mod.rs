@@ -29,28 +29,30 @@ pub const MAX_RECORDS: usize = 1 << 20;
 /// Reads the text of a scene file. `folder` is where its relative file names start. No other file is touched.
 /// A description comes back only if there are no errors.
 pub fn read_toml(file: FileId, bytes: &[u8], folder: &Path) -> (Option<SceneDescription>, Diagnostics) {
+    let (description, diagnostics) = read_any(file, bytes, folder);
+    (Some(description).filter(|_| !diagnostics.has_errors()), diagnostics)
+}
+
+/// Reads the text of a scene file; with errors, the description has something in the place of what could not be read.
+fn read_any(file: FileId, bytes: &[u8], folder: &Path) -> (SceneDescription, Diagnostics) {
     let mut diagnostics = Diagnostics::new();
     let (entries, damaged) = toml_syntax::read(file, bytes, &mut diagnostics);
     let cx = Context { diagnostics: RefCell::new(diagnostics), damaged };
     let description = scene(&cx, &entries, file, folder);
-    if let Some(description) = &description {
-        references::check(&cx, description);
-    }
+    references::check(&cx, &description);
     let mut diagnostics = cx.diagnostics.into_inner();
     diagnostics.sort();
-    (description.filter(|_| !diagnostics.has_errors()), diagnostics)
+    (description, diagnostics)
 }
 
-fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> Option<SceneDescription> {
+fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneDescription {
     // What the file lacks as a whole is said at its start.
     let origin = Span::new(file, 0..0).into();
     let fields = Fields::new(cx, &keys::FILE, entries, &origin);
-    let film = settings::film(&fields);
-    let camera = fields.need("camera", |item| settings::camera(item));
     let description = SceneDescription {
         folder: folder.to_owned(),
-        camera: camera.unwrap_or_else(|| settings::any_camera(&origin)),
-        film,
+        camera: fields.need("camera", settings::camera).unwrap_or_else(|| settings::any_camera(&origin)),
+        film: settings::film(&fields),
         sampler: settings::sampler(&fields),
         integrator: settings::integrator(&fields),
         accelerator: settings::accelerator(&fields),
@@ -61,7 +63,7 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> Option
         lights: fields.read("lights", |item| records(item, "lights", light)).unwrap_or_default(),
     };
     fields.finish();
-    Some(description)
+    description
 }
 
 /// The named tables of `[materials]` or `[meshes]`.
@@ -123,8 +125,7 @@ pub fn read_scene(
     }
     let file = sources.read(path, limits.scene_bytes)?;
     let bytes = sources.bytes(file);
-    let (description, mut diagnostics) = read_toml(file, &bytes, path.parent().unwrap_or(Path::new("")));
-    let Some(description) = description else { return Ok((None, diagnostics)) };
+    let (description, mut diagnostics) = read_any(file, &bytes, path.parent().unwrap_or(Path::new("")));
     diagnostics.append(check_files(&description));
     diagnostics.sort();
     Ok((Some(description).filter(|_| !diagnostics.has_errors()), diagnostics))

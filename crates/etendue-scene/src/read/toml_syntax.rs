@@ -17,7 +17,9 @@ use toml::{
 const MAX_DEPTH: usize = 32;
 /// Readings of a text with syntax errors, and bytes read in all of them.
 const MAX_READINGS: usize = Diagnostics::KEPT;
-const MAX_BYTES_READ: usize = 64 << 20;
+const MAX_BYTES_READ: usize = 32 << 20;
+/// Longest statement that is searched for more than one error.
+const MAX_STATEMENT: usize = 64 << 10;
 
 /// Reads `bytes` of `file`. The second value is true if there were syntax errors: then something may be missing that the
 /// author did write.
@@ -25,15 +27,17 @@ pub fn read(file: FileId, bytes: &[u8], diagnostics: &mut Diagnostics) -> (Vec<E
     let (mut text, mut damaged) = decode(file, bytes, diagnostics);
     let readings = MAX_READINGS.min(MAX_BYTES_READ / text.len().max(1)).max(1);
     for _ in 0..readings {
-        let (document, errors) = DeTable::parse_recoverable(&text);
-        let Some(first) = errors.iter().map(|e| place(&text, e)).min_by_key(|range| range.start) else {
-            let entries = Converter { file, diagnostics }.table(document.get_ref(), 0);
-            return (entries, damaged);
+        // Not the parser that recovers by itself: it keeps every error, some hundred bytes for each byte of a bad file.
+        let error = match DeTable::parse(&text) {
+            Ok(document) => return (Converter { file, diagnostics }.table(document.get_ref(), 0), damaged),
+            Err(error) => error,
         };
         damaged = true;
-        let statement = statement_at(&text, first.start);
-        report(file, &text, &errors, &statement, diagnostics);
-        drop(document);
+        let at = place(&text, &error);
+        let statement = statement_at(&text, at.start);
+        let reported = line_end(&text, at.start);
+        report(file, &text, at, &error, diagnostics);
+        report_others(file, &text, &statement, reported, diagnostics);
         text = blank(text, statement);
     }
     diagnostics.push(Diagnostic::error("too many syntax errors to read on").at(Span::new(file, 0..0)));
@@ -96,51 +100,57 @@ fn is_header(line: &str) -> bool {
     is_key(inner) && inner.trim().starts_with(|c: char| c.is_alphabetic() || "_\"'".contains(c))
 }
 
+/// Where the line that holds `offset` ends, its line feed included.
+fn line_end(text: &str, offset: usize) -> usize {
+    text[offset..].find('\n').map_or(text.len(), |i| offset + i + 1)
+}
+
 /// The lines of the statement that holds `offset`; of a header, all lines up to the next header.
 fn statement_at(text: &str, offset: usize) -> Range<usize> {
     let line_start = |offset: usize| text[..offset].rfind('\n').map_or(0, |i| i + 1);
-    let line_end = |offset: usize| text[offset..].find('\n').map_or(text.len(), |i| offset + i + 1);
-    let line = |start: usize| &text[start..line_end(start)];
+    let line = |start: usize| &text[start..line_end(text, start)];
     let mut start = line_start(offset);
     while start > 0 && !starts_statement(line(start)) {
         start = line_start(start - 1);
     }
     let header = is_header(line(start));
-    let mut end = line_end(start).max(line_end(offset));
+    let mut end = line_end(text, start).max(line_end(text, offset));
     while end < text.len() {
         let next = line(end);
         if is_header(next) || (!header && starts_statement(next)) {
             break;
         }
-        end = line_end(end);
+        end = line_end(text, end);
     }
     start..end
 }
 
-/// Reports the errors inside `statement`, one a line, since others follow from it; of a section only the first.
-fn report(
-    file: FileId,
-    text: &str,
-    errors: &[toml::de::Error],
-    statement: &Range<usize>,
-    diagnostics: &mut Diagnostics,
-) {
-    let mut places: Vec<_> = errors.iter().map(|e| (place(text, e), e)).collect();
+/// Reports one error.
+fn report(file: FileId, text: &str, at: Range<usize>, error: &toml::de::Error, diagnostics: &mut Diagnostics) {
+    let message = match (error.message(), text.get(at.clone())) {
+        ("duplicate key", Some(key)) => format!("`{key}` is defined twice"),
+        (message, _) => message.to_owned(),
+    };
+    diagnostics.push(Diagnostic::error(message).at(Span::new(file, at)).label("TOML syntax"));
+}
+
+/// Reports what else is wrong inside a statement, read alone: one error a line, since others follow from it, and none on
+/// the line that ends at `reported`. Of a header nothing: what stands below it is skipped as it is.
+fn report_others(file: FileId, text: &str, statement: &Range<usize>, reported: usize, diagnostics: &mut Diagnostics) {
+    let alone = &text[statement.clone()];
+    if alone.len() > MAX_STATEMENT || is_header(alone.lines().next().unwrap_or_default()) {
+        return;
+    }
+    let (_, errors) = DeTable::parse_recoverable(alone);
+    let mut places: Vec<_> = errors.iter().map(|e| (place(alone, e), e)).collect();
     places.sort_by_key(|(range, _)| range.start);
-    let mut reported_to = 0;
+    let mut last = reported;
     for (range, error) in places {
-        let inside = statement.contains(&range.start) || range.start == statement.end;
-        if !inside || (reported_to > 0 && range.start < reported_to) {
-            continue;
+        let line = line_end(text, statement.start + range.start);
+        if line != reported && line != last {
+            last = line;
+            report(file, text, statement.start + range.start..statement.start + range.end, error, diagnostics);
         }
-        let header = is_header(text[statement.start..].lines().next().unwrap_or_default());
-        let line_end = text[range.start..].find('\n').map_or(usize::MAX, |i| range.start + i + 1);
-        reported_to = if header { usize::MAX } else { line_end };
-        let message = match (error.message(), text.get(range.clone())) {
-            ("duplicate key", Some(key)) => format!("`{key}` is defined twice"),
-            (message, _) => message.to_owned(),
-        };
-        diagnostics.push(Diagnostic::error(message).at(Span::new(file, range)).label("TOML syntax"));
     }
 }
 

@@ -10,9 +10,10 @@ pub(crate) use tally::Tally;
 /// Bytes of a word that a message shows.
 const SHOWN: usize = 40;
 
-/// A word of a file, for a message: cut if it is long, bytes that are not UTF-8 replaced.
+/// A word of a file, for a message: cut if it is long, bytes that are not UTF-8 and control characters replaced.
 pub(crate) fn shown(word: &[u8]) -> String {
-    let mut text = String::from_utf8_lossy(&word[..word.len().min(SHOWN)]).into_owned();
+    let lossy = String::from_utf8_lossy(&word[..word.len().min(SHOWN)]);
+    let mut text: String = lossy.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     if word.len() > SHOWN {
         text.push('…');
     }

@@ -1,14 +1,10 @@
 //! All lights of a scene, and the choice among them.
 
 use super::{Light, LightContext, LightSample};
-use crate::{bsdf::Density, math::Vec3, spectrum::Spectrum};
-
-/// A selection number has 24 bits: probabilities are whole multiples of 2^-24, so that the probability a light has and
-/// the one that densities state are equal, not only nearly so.
-const QUANTA: u32 = 1 << 24;
+use crate::{bsdf::Density, math::Vec3, sampling::Distribution1D, spectrum::Spectrum};
 
 /// Most lights that a table takes: leaves at least half of the probability to be dealt out by power.
-pub const MAX_LIGHTS: usize = (QUANTA / 2) as usize;
+pub const MAX_LIGHTS: usize = Distribution1D::MAX_LEN;
 
 /// Why a [`LightTable`] cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -30,13 +26,8 @@ pub enum LightTableError {
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
     lights: Vec<Light>,
-    /// Light i has the quanta `first[i]..first[i + 1]`.
-    first: Vec<u32>,
-    /// The light that has the first quantum of each of equally long, 2^k many runs of quanta (an index table: Chen and
-    /// Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
-    guide: Vec<u32>,
-    /// log2 of a run's length.
-    run: u32,
+    /// Which light, by power.
+    selection: Distribution1D,
     environment: Option<u32>,
 }
 
@@ -57,9 +48,9 @@ impl LightTable {
             let others: f64 = weights.iter().sum();
             weights[index] = if others > 0.0 { own.min(others) } else { own };
         }
-        let first = deal(&weights);
-        let (guide, run) = index_table(&first);
-        Ok(Self { lights, first, guide, run, environment: environment.map(|index| index as u32) })
+        // Powers are finite and not negative, so the number is all that can be wrong.
+        let selection = Distribution1D::new(&weights).map_err(|_| LightTableError::TooMany { count: lights.len() })?;
+        Ok(Self { lights, selection, environment: environment.map(|index| index as u32) })
     }
 
     /// The lights, degenerate ones included.
@@ -71,7 +62,7 @@ impl LightTable {
     /// True if there is no light that could be chosen.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.guide.is_empty()
+        self.selection.is_empty()
     }
 
     /// The index of the environment, if there is one.
@@ -89,22 +80,13 @@ impl LightTable {
     /// Probability that [`LightTable::select`] chooses light `index`; 0 beyond the last.
     #[inline]
     pub fn probability(&self, index: u32) -> f32 {
-        let index = index as usize;
-        match self.first.get(index..index.saturating_add(2)) {
-            Some(&[from, to]) => (to - from) as f32 * (1.0 / QUANTA as f32),
-            _ => 0.0,
-        }
+        self.selection.probability(index as usize)
     }
 
     /// The light for the number `u` in [0, 1), or `None` in an empty table.
     #[inline]
     pub fn select(&self, u: f32) -> Option<u32> {
-        let quantum = ((u * QUANTA as f32) as u32).min(QUANTA - 1);
-        let run = (quantum >> self.run) as usize;
-        let (from, to) = (*self.guide.get(run)?, *self.guide.get(run + 1)?);
-        // The last light that begins at or before the quantum; lights without quanta begin where the next does.
-        let candidates = self.first.get(from as usize + 1..=to as usize)?;
-        Some(from + candidates.partition_point(|&begin| begin <= quantum) as u32)
+        self.selection.choose(u).map(|choice| choice.index as u32)
     }
 
     /// A direction towards a light chosen with `u_select`, a number in [0, 1); `u` in [0, 1)^2 places it on the light.
@@ -152,46 +134,4 @@ fn merge_environments(lights: &mut [Light]) -> Option<usize> {
         environment.radiance = sum;
     }
     first
-}
-
-/// Deals the quanta out in proportion to the weights, at least one to each weight above 0: where each light's begin, and
-/// the end. Empty if no weight is above 0.
-fn deal(weights: &[f64]) -> Vec<u32> {
-    // Scaled, so that no sum of finite weights overflows.
-    let largest = weights.iter().copied().fold(0.0, f64::max);
-    if largest <= 0.0 {
-        return Vec::new();
-    }
-    let total: f64 = weights.iter().map(|w| w / largest).sum();
-    let live = weights.iter().filter(|&&w| w > 0.0).count() as u32;
-    let shared = f64::from(QUANTA - live);
-    let mut first = Vec::with_capacity(weights.len() + 1);
-    first.push(0);
-    let (mut sum, mut dealt) = (0.0, 0);
-    for &weight in weights {
-        if weight > 0.0 {
-            sum += weight / largest;
-            dealt += 1;
-        }
-        // The same sum in the same order as `total`: the last light with weight ends at QUANTA exactly.
-        first.push((sum / total * shared + 0.5) as u32 + dealt);
-    }
-    first
-}
-
-/// For runs of quanta, at least one run a light: the light with a run's first quantum, and at the end the last light.
-fn index_table(first: &[u32]) -> (Vec<u32>, u32) {
-    let Some(lights) = first.len().checked_sub(1) else { return (Vec::new(), 0) };
-    let runs = (lights as u32).next_power_of_two().min(QUANTA);
-    let run = QUANTA.trailing_zeros() - runs.trailing_zeros();
-    let mut guide = Vec::with_capacity(runs as usize + 1);
-    let mut light = 0;
-    for quantum in (0..runs).map(|r| r << run) {
-        while first[light + 1] <= quantum {
-            light += 1;
-        }
-        guide.push(light as u32);
-    }
-    guide.push(lights as u32 - 1);
-    (guide, run)
 }

@@ -32,6 +32,11 @@ pub struct Choice {
 pub struct Distribution1D {
     /// Weight i has the quanta `first[i]..first[i + 1]`; empty if all weights are 0.
     first: Vec<u32>,
+    /// The weight that has the first quantum of each of equally long, 2^k many runs of quanta, and at the end the last
+    /// weight (an index table: Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
+    guide: Vec<u32>,
+    /// log2 of a run's length.
+    run: u32,
 }
 
 impl Distribution1D {
@@ -65,7 +70,8 @@ impl Distribution1D {
             // Summed in the order of `total`, so that the last quotient is 1.
             (sum / total * shared + 0.5) as u32 + own
         }));
-        Ok(Self { first })
+        let (guide, run) = index_table(&first);
+        Ok(Self { first, guide, run })
     }
 
     /// True if nothing can be chosen.
@@ -87,8 +93,10 @@ impl Distribution1D {
     #[inline]
     pub fn choose(&self, u: f32) -> Option<Choice> {
         let quantum = ((u * QUANTA as f32) as u32).min(QUANTA - 1);
+        let run = (quantum >> self.run) as usize;
+        let (from, to) = (*self.guide.get(run)? as usize, *self.guide.get(run + 1)? as usize);
         // The last that begins at or before the quantum: those without quanta begin where the next does.
-        let index = self.first.partition_point(|&begin| begin <= quantum).checked_sub(1)?;
+        let index = from + self.first.get(from + 1..=to)?.partition_point(|&begin| begin <= quantum);
         let &[from, to] = self.first.get(index..index + 2)? else { return None };
         let count = (to - from) as f32;
         Some(Choice { index, probability: count * (1.0 / QUANTA as f32), remapped: (quantum - from) as f32 / count })
@@ -113,4 +121,20 @@ impl Distribution1D {
         let index = ((x * count as f32) as usize).min(count - 1);
         self.probability(index) * count as f32
     }
+}
+/// For runs of quanta, at least one run a weight: the weight with a run's first quantum, and at the end the last weight.
+fn index_table(first: &[u32]) -> (Vec<u32>, u32) {
+    let Some(weights) = first.len().checked_sub(1) else { return (Vec::new(), 0) };
+    let runs = (weights as u32).next_power_of_two().min(QUANTA);
+    let run = QUANTA.trailing_zeros() - runs.trailing_zeros();
+    let mut guide = Vec::with_capacity(runs as usize + 1);
+    let mut weight = 0;
+    for quantum in (0..runs).map(|r| r << run) {
+        while first[weight + 1] <= quantum {
+            weight += 1;
+        }
+        guide.push(weight as u32);
+    }
+    guide.push(weights as u32 - 1);
+    (guide, run)
 }

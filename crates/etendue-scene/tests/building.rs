@@ -1,0 +1,251 @@
+//! From scene files on disk to the renderer's parts.
+#![allow(clippy::disallowed_methods)]
+
+use etendue::{
+    camera::{FovAxis, Projection},
+    math::DVec3,
+    scene::{SceneParts, Shape},
+};
+use etendue_scene::{Diagnostics, Input, Limits, ReadError, SourceMap, build, read_scene};
+use std::{fs, path::Path};
+
+#[path = "../examples/make_mesh.rs"]
+mod make_mesh;
+
+const CAMERA: &str = "camera = { position = [0, 0, 5], look_at = [0, 0, 0] }\n";
+const TRIANGLES: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 2\nf 1 2 3\nf 2 4 3\n";
+
+fn lines(found: &Diagnostics, sources: &SourceMap, folder: &Path) -> Vec<String> {
+    let prefix = format!("{}/", folder.display());
+    found.iter().map(|d| d.one_line(sources).replace(&prefix, "")).collect()
+}
+
+/// Reads and builds `text` in a folder with some files.
+fn run_with(text: &str, files: &[(&str, &[u8])], limits: &Limits) -> Result<Input, Vec<String>> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in files {
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let path = folder.path().join("scene.toml");
+    let text = if text.contains("[camera]") { text.to_owned() } else { format!("{CAMERA}{text}") };
+    fs::write(&path, text).unwrap();
+    let mut sources = SourceMap::new();
+    let (description, found) = read_scene(&path, &mut sources, limits).unwrap();
+    let Some(description) = description else { return Err(lines(&found, &sources, folder.path())) };
+    build(&description, &mut sources, limits).map_err(|found| lines(&found, &sources, folder.path()))
+}
+
+fn run(text: &str, files: &[(&str, &[u8])]) -> Result<Input, Vec<String>> {
+    run_with(text, files, &Limits::default())
+}
+
+/// The lowest and highest corner of an object in the world, from its parts.
+fn bounds(parts: &SceneParts, object: usize) -> (DVec3, DVec3) {
+    let object = &parts.objects[object];
+    let points: Vec<DVec3> = match &parts.shapes[object.shape] {
+        Shape::Mesh(mesh) => mesh.positions.iter().map(|p| mesh.origin + DVec3::from_array(p.map(f64::from))).collect(),
+        Shape::Rectangle { corner, u, v } => vec![*corner, *corner + *u, *corner + *v, *corner + *u + *v],
+        Shape::Sphere { center, radius } => {
+            let ring = (0..3600).map(|i| f64::from(i) * 0.1f64.to_radians());
+            let at = |t: f64, p: f64| *center + DVec3::new(t.sin() * p.cos(), t.sin() * p.sin(), t.cos()) * *radius;
+            ring.flat_map(|p| (0..=180).map(move |t| (f64::from(t).to_radians(), p))).map(|(t, p)| at(t, p)).collect()
+        }
+    };
+    let placed = points.into_iter().map(|p| object.transform.transform_point3(p));
+    placed.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)))
+}
+
+fn near(a: DVec3, b: DVec3, tolerance: f64) -> bool {
+    (a - b).abs().max_element() <= tolerance
+}
+
+#[test]
+fn a_file_is_read_once_and_shared() {
+    let input = run(
+        "[meshes.m]\nfile = \"a.obj\"\n[[objects]]\nmesh = \"m\"\n[[objects]]\nfile = \"a.obj\"\ntransform = { scale = 2 }\n\
+         [meshes.unused]\nfile = \"b.obj\"\n",
+        &[("a.obj", TRIANGLES.as_bytes()), ("b.obj", TRIANGLES.as_bytes())],
+    )
+    .unwrap();
+    assert_eq!((input.parts.shapes.len(), input.parts.objects.len(), input.files.len()), (1, 2, 2));
+    assert_eq!(input.parts.objects[1].shape, 0);
+}
+
+#[test]
+fn materials_of_files_and_their_override() {
+    let obj = format!("mtllib a.mtl\nusemtl red\n{TRIANGLES}").replace("f 2 4 3", "usemtl blue\nf 2 4 3");
+    let mtl = "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n";
+    let input = run(
+        "[materials.m]\ntype = \"mirror\"\n[[objects]]\nfile = \"a.obj\"\n[[objects]]\nfile = \"a.obj\"\nmaterial = \"m\"\n\
+         [[objects]]\nshape = \"sphere\"\n",
+        &[("a.obj", obj.as_bytes()), ("a.mtl", mtl.as_bytes())],
+    )
+    .unwrap();
+    let parts = &input.parts;
+    let names = |i: usize| -> Vec<&str> {
+        parts.objects[i].materials.iter().map(|m| parts.materials[*m].name.as_str()).collect()
+    };
+    assert_eq!(names(0), ["red", "blue"]);
+    assert_eq!(names(1), ["m", "m"]);
+    assert_eq!(names(2), [""]);
+    assert_eq!(input.files.iter().filter(|f| f.ends_with("a.mtl")).count(), 1);
+}
+
+#[test]
+fn spheres_boxes_and_disks_are_shared_where_they_are_moved() {
+    let object = |shape: &str, rest: &str| format!("[[objects]]\nshape = \"{shape}\"\n{rest}\n");
+    let moved = "transform = [{ translate = [1, 0, 0] }]";
+    let text: String = ["sphere", "box", "disk"].iter().map(|s| object(s, moved).repeat(3)).collect();
+    let input = run(&format!("{text}{}", object("rectangle", moved).repeat(2)), &[]).unwrap();
+    assert_eq!((input.parts.objects.len(), input.parts.shapes.len()), (11, 5));
+    let input = run(&object("sphere", "").repeat(2), &[]).unwrap();
+    assert_eq!(input.parts.shapes.len(), 2);
+}
+
+#[test]
+fn transforms_apply_in_order_and_relocate_moves_the_lowest_corner() {
+    let steps = "[{ scale = [1, 2, 3] }, { rotate = { axis = [1, 2, 3], angle = 50 } }, { relocate = [7, 8, 9] }]";
+    for (shape, tolerance) in [("sphere", 1e-3), ("rectangle", 1e-12), ("box", 1e-12), ("disk", 1e-12), ("mesh", 1e-12)]
+    {
+        let file = if shape == "mesh" { "file = \"a.obj\"\n" } else { "" };
+        let text = format!("[[objects]]\nshape = \"{shape}\"\n{file}transform = {steps}");
+        let input = run(&text, &[("a.obj", TRIANGLES.as_bytes())]).unwrap();
+        let (min, _) = bounds(&input.parts, 0);
+        assert!(near(min, DVec3::new(7.0, 8.0, 9.0), tolerance), "{shape}: {min}");
+    }
+    let text = |steps: &str| format!("[[objects]]\nshape = \"box\"\ntransform = [{steps}]");
+    let a = run(&text("{ scale = 2 }, { translate = [1, 0, 0] }"), &[]).unwrap();
+    assert!(near(bounds(&a.parts, 0).0, DVec3::new(0.0, -1.0, -1.0), 0.0));
+    let b = run(&text("{ translate = [1, 0, 0] }, { scale = 2 }"), &[]).unwrap();
+    assert!(near(bounds(&b.parts, 0).0, DVec3::new(1.0, -1.0, -1.0), 0.0));
+    let c = run(&text("{ matrix = [0,-1,0,5, 1,0,0,6, 0,0,1,7] }, { rotate = { axis = \"z\", angle = -90 } }"), &[])
+        .unwrap();
+    assert!(near(c.parts.objects[0].transform.translation, DVec3::new(6.0, -5.0, 7.0), 0.0));
+    assert!(near(c.parts.objects[0].transform.matrix3.x_axis, DVec3::X, 0.0));
+}
+
+#[test]
+fn shapes_face_where_the_manual_says() {
+    let input = run("[[objects]]\nshape = \"rectangle\"\nsize = [2, 4]\n[[objects]]\nshape = \"disk\"\n", &[]).unwrap();
+    let Shape::Rectangle { corner, u, v } = &input.parts.shapes[0] else { panic!() };
+    assert_eq!((*corner, u.cross(*v).normalize()), (DVec3::new(-1.0, -2.0, 0.0), DVec3::Z));
+}
+
+#[test]
+fn cameras() {
+    let camera = |text: &str, size: &str| run(&format!("[camera]\n{text}\n[film]\nsize = {size}"), &[]).unwrap().camera;
+    let look = "position = [0, 0, 3]\nlook_at = [0, 4, 0]\nfov = 90\n";
+    for (axis, size, expected) in [
+        ("x", "[2, 1]", FovAxis::X),
+        ("y", "[2, 1]", FovAxis::Y),
+        ("smaller", "[2, 1]", FovAxis::Y),
+        ("smaller", "[1, 2]", FovAxis::X),
+        ("larger", "[2, 1]", FovAxis::X),
+        ("larger", "[1, 2]", FovAxis::Y),
+    ] {
+        let settings = camera(&format!("{look}fov_axis = \"{axis}\""), size);
+        let Projection::Perspective { fov, axis, focus_distance, .. } = settings.projection else { panic!() };
+        assert_eq!((axis, focus_distance), (expected, 5.0));
+        assert!((fov - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+    }
+    let settings =
+        camera("type = \"orthographic\"\nposition = [1, 2, 3]\ndirection = [0, 0, -1]\nheight = 3", "[2, 1]");
+    assert_eq!(settings.projection, Projection::Orthographic { height: 3.0 });
+}
+
+#[test]
+fn the_hash_depends_on_every_byte_of_every_file() {
+    let hash = |text: &str, obj: &str| {
+        run(&format!("[[objects]]\nfile = \"a.obj\"\n{text}"), &[("a.obj", obj.as_bytes())]).unwrap().scene_hash
+    };
+    let base = hash("", TRIANGLES);
+    assert_eq!(base, hash("", TRIANGLES));
+    assert_ne!(base, hash("# comment", TRIANGLES));
+    assert_ne!(base, hash("", &TRIANGLES.replace("v 1 1 2", "v 1 1 3")));
+}
+
+#[test]
+fn files_that_are_missing_or_foreign() {
+    let found = run(
+        "[meshes.m]\nfile = \"bunyn.obj\"\n[[objects]]\nfile = \"a.fbx\"\n[[objects]]\nfile = \"x/y.ply\"\n[flim]\n",
+        &[("bunny.obj", b"")],
+    )
+    .unwrap_err();
+    assert_eq!(found.len(), 4);
+    assert_eq!(found[0], "scene.toml:3:8: error: no such file: bunyn.obj; did you mean `bunny.obj`?");
+    assert_eq!(
+        found[1],
+        "scene.toml:5:8: error: cannot read a.fbx as a mesh; meshes are read from files that end in .obj, .ply, also with .gz"
+    );
+    assert!(found[2].starts_with("scene.toml:7:8: error: no such file: x/y.ply; there is no folder"), "{}", found[2]);
+    assert_eq!(found[3], "scene.toml:8:2: error: unknown key `flim` in the scene file; did you mean `film`?");
+}
+
+#[test]
+fn errors_in_mesh_files_have_their_place_there() {
+    let found = run(
+        "[[objects]]\nfile = \"a.obj\"\n[[objects]]\nfile = \"b.ply\"",
+        &[("a.obj", b"v 0 0 0\nv 1 x 0\nf 1 2 3\n"), ("b.ply", b"ply\nformat nonsense 1.0\n")],
+    )
+    .unwrap_err();
+    assert!(found.iter().any(|l| l.starts_with("a.obj:2:5: error")), "{found:?}");
+    assert!(found.iter().any(|l| l.starts_with("b.ply:2:")), "{found:?}");
+}
+
+#[test]
+fn limits_are_kept() {
+    let files: &[(&str, &[u8])] = &[("a.obj", TRIANGLES.as_bytes())];
+    let text = "[[objects]]\nfile = \"a.obj\"\ntransform = { relocate = [0, 0, 0] }\n[[objects]]\nfile = \"a.obj\"\n";
+    let default = Limits::default();
+    let errors = |limits: &Limits| run_with(text, files, limits).unwrap_err().join("\n");
+    assert!(errors(&Limits { triangles: 1, ..default }).contains("more than 1 triangles"));
+    assert!(errors(&Limits { file_bytes: 10, ..default }).contains("a.obj is larger than the limit of 10 bytes"));
+    assert!(errors(&Limits { relocated_vertices: 3, ..default }).contains("too many `relocate`"));
+    assert!(run_with(text, files, &Limits { triangles: 2, relocated_vertices: 4, ..default }).is_ok());
+    let path = tempfile::tempdir().unwrap();
+    let scene = path.path().join("s.toml");
+    fs::write(&scene, CAMERA).unwrap();
+    let result = read_scene(&scene, &mut SourceMap::new(), &Limits { scene_bytes: 10, ..default });
+    assert!(matches!(result, Err(ReadError::Source(_))));
+}
+
+#[test]
+fn transforms_that_grow_beyond_single_precision_are_refused() {
+    let steps = "{ scale = 1e10 }, ".repeat(3);
+    let found = run(&format!("[[objects]]\nshape = \"box\"\ntransform = [{steps}]"), &[]).unwrap_err();
+    assert_eq!(found, ["scene.toml:4:32: error: the transform is too large, or flattens the object"]);
+}
+
+#[test]
+fn other_kinds_of_input_are_refused_by_name() {
+    for name in ["model.obj", "scene.usd", "scene", "scene.toml.bak"] {
+        let result = read_scene(Path::new(name), &mut SourceMap::new(), &Limits::default());
+        assert!(matches!(result, Err(ReadError::Unsupported { .. })), "{name}");
+    }
+    let result = read_scene(Path::new("/nowhere/scene.TOML"), &mut SourceMap::new(), &Limits::default());
+    assert!(matches!(result, Err(ReadError::Source(_))));
+}
+
+#[test]
+fn the_scenes_of_the_project_build_without_findings() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let mut scenes = 0;
+    for entry in fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            let mut sources = SourceMap::new();
+            let (description, found) = read_scene(&path, &mut sources, &Limits::default()).unwrap();
+            assert!(found.is_empty(), "{:?}", lines(&found, &sources, &folder));
+            let input = build(&description.unwrap(), &mut sources, &Limits::default()).unwrap();
+            assert!(input.findings.is_empty(), "{:?}", lines(&input.findings, &sources, &folder));
+            scenes += 1;
+        }
+    }
+    assert!(scenes >= 4);
+}
+
+#[test]
+fn the_mesh_of_the_project_is_what_its_generator_makes() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/knot.ply");
+    assert!(fs::read(path).unwrap() == make_mesh::knot());
+}

@@ -1,0 +1,115 @@
+//! The readers' memory is at most a small multiple of the file, whatever it says, and their time linear.
+//! One test alone in this program, since the allocator counts all threads.
+
+mod common;
+
+use common::{check, read_obj, read_ply};
+use etendue_scene::gzip;
+use peak_alloc::PeakAlloc;
+use std::fmt::Write;
+
+#[global_allocator]
+static ALLOCATOR: PeakAlloc = PeakAlloc;
+
+/// Bytes of memory for a byte of file, beside a constant. The worst are a polygon with two bytes a corner, and a library of
+/// empty materials: some fifty.
+const FACTOR: usize = 64;
+const CONSTANT: usize = 4 << 20;
+
+fn peak(run: impl FnOnce()) -> usize {
+    ALLOCATOR.reset_peak_usage();
+    let before = ALLOCATOR.current_usage();
+    run();
+    ALLOCATOR.peak_usage().saturating_sub(before)
+}
+
+/// Reads it both ways and compares the memory with the size.
+fn measure(name: &str, bytes: &[u8]) {
+    let start = std::time::Instant::now();
+    let used = peak(|| {
+        let library = if name.contains("library") { bytes } else { b"" };
+        check(&read_obj(bytes, library));
+        check(&read_ply(bytes));
+        let _ = gzip::decompress(bytes, bytes.len() as u64 * 16);
+    });
+    let ratio = used as f64 / bytes.len() as f64;
+    println!("{name}: {} bytes, peak {used} ({ratio:.1} a byte), {:.2} s", bytes.len(), start.elapsed().as_secs_f64());
+    assert!(used <= FACTOR * bytes.len() + CONSTANT, "{name}: {used} bytes for {}", bytes.len());
+}
+
+fn repeated(head: &str, line: impl Fn(usize) -> String) -> Vec<u8> {
+    let mut text = head.to_owned();
+    let mut i = 0;
+    while text.len() < 1 << 20 {
+        text += &line(i);
+        i += 1;
+    }
+    text.into_bytes()
+}
+
+#[test]
+fn memory_is_bounded_by_the_file() {
+    let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    let line = |text: &'static str| move |_: usize| text.to_owned();
+    for (name, bytes) in [
+        ("positions", repeated("", line("v 0 0 0\n"))),
+        ("small faces", repeated(quad, line("f 1 2 3\n"))),
+        ("smooth faces", repeated(&format!("{quad}s 1\n"), line("f 1 2 3\n"))),
+        ("flat faces among normals", repeated(&format!("{quad}vn 0 0 1\nf 1//1 2//1 3//1\n"), line("f 1 2 3\n"))),
+        ("one polygon", repeated(&format!("{quad}f"), |i| format!(" {}", i % 4 + 1))),
+        ("one polygon of two", repeated(&format!("{quad}f"), |i| format!(" {}", i % 2 + 1))),
+        ("a polygon of one", repeated(&format!("{quad}f"), line(" 1"))),
+        ("many smoothing groups", repeated(quad, |i| format!("s {i}\nf 1 2 3\n"))),
+        ("many groups", repeated(quad, line("g\no\nf 1 2 3\ng a\nf 1 2 3\n"))),
+        ("many materials", repeated(quad, |i| format!("usemtl {i:x}\nf 1 2 3\n"))),
+        ("one position, many uvs", repeated(quad, |i| format!("vt {i}\nf 1/-1 2/-1 3\n"))),
+        ("material library", repeated("mtllib m.mtl\n", |i| format!("newmtl {i:x}\n"))),
+        ("many libraries", repeated("", |i| format!("mtllib {i:x}\n"))),
+        ("same library", repeated("", line("mtllib m.mtl\n"))),
+        ("names of libraries", repeated("mtllib", |i| format!(" {i:x}.mtl"))),
+        ("unknown statements", repeated("", |i| format!("x{i:x}\n"))),
+        ("errors", repeated("", line("f x\n"))),
+        ("far ahead", repeated("", line("f 9 9 9\n"))),
+        ("line ends", repeated("", line("\n"))),
+        ("backslashes", repeated("", line("\\\n"))),
+        ("digits", repeated("v ", line("1"))),
+        ("word", repeated("", line("a"))),
+    ] {
+        measure(name, &bytes);
+    }
+    let header = |format: &str, rest: &str| format!("ply\nformat {format} 1.0\n{rest}end_header\n");
+    let xyz = "property char x\nproperty char y\nproperty char z\n";
+    for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        for count in [u64::MAX, u64::from(u32::MAX), 1 << 40, 1 << 31, 1 << 20] {
+            for (name, rest) in [
+                ("vertices", format!("element vertex {count}\n{xyz}")),
+                ("faces", format!("element face {count}\nproperty list uchar uchar vertex_indices\n")),
+                ("others", format!("element other {count}\nproperty list uchar double a\nproperty int b\n")),
+                ("nothing", format!("element vertex {count}\nelement face {count}\nelement other {count}\n")),
+                ("lists", "element other 2\nproperty list uint double a\n".to_owned()),
+            ] {
+                let mut bytes = header(format, &rest).into_bytes();
+                bytes.extend([255; 64]);
+                measure(&format!("huge count: {format} {name}"), &bytes);
+            }
+        }
+    }
+    let size = 1 << 20;
+    let binary = |rest: &str, bytes: &[u8]| {
+        let mut file = header("binary_little_endian", rest).into_bytes();
+        file.extend(bytes.iter().cycle().take(size));
+        file
+    };
+    let list = "property list uchar uchar vertex_indices\n";
+    measure("char vertices", &binary(&format!("element vertex {}\n{xyz}", size / 3), &[0]));
+    measure("one-byte faces", &binary(&format!("element vertex 0\n{xyz}element face {size}\n{list}"), &[0]));
+    let triple = format!("element vertex 3\n{xyz}element face {}\n{list}", size / 4 - 4);
+    measure("char triangles", &binary(&triple, &[0, 0, 0, 1, 0, 0, 0, 1, 0, 3, 0, 1, 2, 3, 0, 1, 2]));
+    let many = repeated("ply\nformat ascii 1.0\n", |i| format!("element e{i} 0\n"));
+    measure("many elements", &many);
+    let mut strips = String::new();
+    write!(strips, "ply\nformat ascii 1.0\nelement vertex 3\n{xyz}element tristrips 1\n").unwrap();
+    write!(strips, "property list uint char vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n{}", 3 * 100_000).unwrap();
+    strips += &" 0 1 2".repeat(100_000);
+    measure("one strip", strips.as_bytes());
+}
