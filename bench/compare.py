@@ -35,7 +35,7 @@ def arguments():
     parser.add_argument("--repetitions", type=int, default=5)
     parser.add_argument("--variant", default="llvm_ad_rgb", help="Mitsuba variant (llvm_ad_rgb, scalar_rgb)")
     parser.add_argument("--etendue", type=pathlib.Path, default=_program(), help="the program (default: %(default)s)")
-    parser.add_argument("--reference", type=pathlib.Path, default=REFERENCE, help="tile means to check the picture with")
+    parser.add_argument("--reference", type=pathlib.Path, default=REFERENCE, help="tile means to compare with")
     parser.add_argument("--fail-above", type=float, metavar="RATIO", help="fail if the median ratio of times is above")
     parser.add_argument("--json", action="store_true", help="print one object on stdout")
     parser.add_argument("more", nargs="*", help="after --: further options for etendue render")
@@ -63,15 +63,23 @@ def ours(options, seed, output):
     """One run of our program: its JSON."""
     command = [str(options.etendue), "render", str(options.scene), "-o", str(output)]
     command += ["--size", "{}x{}".format(*options.size), "--spp", str(options.spp), "--depth", str(options.depth)]
-    command += ["--threads", str(options.threads), "--filter", "box", "--seed", str(seed), "--quiet", "--json"]
+    command += ["--threads", str(options.threads), "--filter", "box", "--seed", str(seed)]
+    command += ["--aov", "variance", "--quiet", "--json"]
     done = subprocess.run([*command, *options.more], stdout=subprocess.PIPE, text=True)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)} ended with {done.returncode}")
     return json.loads(done.stdout)
 
 
+def layers(mi, np, path):
+    """The colour of our EXR and the variance of its pixels, each (height, width, 3)."""
+    found = {str(name): bitmap for name, bitmap in mi.Bitmap(str(path)).split()}
+    rgb = mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False
+    return tuple(np.array(found[name].convert(*rgb)) for name in ("<root>", "Variance"))
+
+
 def measure(options, mi, np):
-    """All runs: our JSON records, our pictures, Mitsuba's seconds, seconds to load its scene and of its first render."""
+    """All runs: our JSON records, our layers, Mitsuba's seconds, its seconds to load and for its first render."""
     renderer = rival.Renderer(mi, options.scene, options.size, options.depth)
     _, first = renderer.render(options.spp, 0)
     records, pictures, theirs = [], [], []
@@ -82,8 +90,7 @@ def measure(options, mi, np):
 
             def run_ours():
                 records.append(ours(options, seed, output))
-                bitmap = mi.Bitmap(str(output))
-                pictures.append(np.array(bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)))
+                pictures.append(layers(mi, np, output))
 
             def run_theirs():
                 theirs.append(renderer.render(options.spp, seed)[1])
@@ -109,7 +116,10 @@ def agreement(options, stored, pictures):
     same = head["scene_digest"] == mitsuba_scene.digest(mitsuba_scene.read(options.scene))
     if not same or head["max_depth"] != options.depth or any(s % g for s, g in zip(options.size, head["grid"])):
         return None
-    mean, error = tiles.mean_and_error([tiles.means(picture, head["grid"]) for picture in pictures])
+    mean = np.mean([tiles.means(picture, head["grid"]) for picture, _ in pictures], axis=0)
+    pixels = options.size[0] * options.size[1] / (mean.shape[0] * mean.shape[1])
+    variance = np.mean([tiles.means(variance, head["grid"]) for _, variance in pictures], axis=0)
+    error = np.sqrt(variance / (pixels * len(pictures)))
     excess = tiles.excess(mean, error, reference, reference_error)
     image, image_reference = mean.mean(axis=(0, 1)), reference.mean(axis=(0, 1))
     median_error = float(np.median(error / np.maximum(reference, 0.05 * image_reference)))
@@ -131,7 +141,8 @@ def report(result):
     print(f"  ratio    of times  {_three(result['ratio'])}   (below 1: etendue is faster)")
     seconds = result["etendue"]["other_seconds"]
     print("  etendue  " + ", ".join(f"{name} {s:.3f} s" for name, s in seconds.items()))
-    print("  mitsuba  load {load_seconds:.3f} s, first render with compilation {first_render_seconds:.3f} s".format(**result["mitsuba"]))
+    first = "  mitsuba  load {load_seconds:.3f} s, first render with compilation {first_render_seconds:.3f} s"
+    print(first.format(**result["mitsuba"]))
     found = result["agreement"]
     if found is None:
         print("  pictures not compared: the stored means are of another scene, path length or grid")
@@ -164,7 +175,8 @@ def main():
     ratio = spread([a / b for a, b in zip(mine, theirs)])
     width, height = options.size
     result = {
-        "work": f"{options.scene.name}, {width}x{height}, {options.spp} spp, depth {options.depth}, {options.threads} threads",
+        "work": f"{options.scene.name}, {width}x{height}, {options.spp} spp, depth {options.depth}, "
+        f"{options.threads} threads",
         "repetitions": options.repetitions,
         "etendue": {
             "render_seconds": spread(mine),

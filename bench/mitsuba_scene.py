@@ -276,7 +276,7 @@ class _Meshes:
         return path
 
     def write(self, positions, faces):
-        """The path of a new OBJ file with these triangles and quadrilaterals; the latter are cut from first to third corner."""
+        """The path of a new OBJ file with these faces; quadrilaterals are cut from the first corner to the third."""
         if any(not math.isfinite(x) for point in positions for x in point):
             raise Unsupported("a position is not finite")
         if any(len(face) not in (3, 4) for face in faces):

@@ -12,7 +12,13 @@ VERSION = "3.9.1"
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BENCH_DIR = pathlib.Path(os.environ.get("ETENDUE_BENCH_DIR", ROOT / "target" / "bench"))
 LLVM_NAMES = ("libLLVM-19.so", "libLLVM.so.19.1")
-LLVM_FOLDERS = ("/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib/llvm-19/lib", "/usr/lib64", "/usr/lib")
+LLVM_FOLDERS = (
+    "/usr/lib/x86_64-linux-gnu",
+    "/usr/lib/aarch64-linux-gnu",
+    "/usr/lib/llvm-19/lib",
+    "/usr/lib64",
+    "/usr/lib",
+)
 
 INSTALL = f"""Mitsuba {VERSION} is not there. To install it (Python 3.11 or later, beside nothing else):
     python3 -m venv {BENCH_DIR}/mitsuba

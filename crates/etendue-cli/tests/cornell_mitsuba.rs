@@ -77,39 +77,54 @@ struct Image {
     error: [f64; 3],
 }
 
+/// Our pictures: tiles with the errors that the variance layers tell, the whole image with the error that the spread of
+/// the pictures tells, and the variance of tiles by spread over that by layers, averaged.
+struct Ours {
+    tiles: Tiles,
+    image: Image,
+    spread: f64,
+}
+
 /// Renders the box with the program itself, once for each seed, in pictures of `side` x `side` pixels.
-fn render(side: usize, spp: u32, seeds: u32, depth: u32, columns: usize) -> (Tiles, Image) {
+fn render(side: usize, spp: u32, seeds: u32, depth: u32, columns: usize) -> Ours {
     let folder = tempfile::tempdir().expect("a temporary directory");
     let output = folder.path().join("cornell-box.exr");
-    let mut replicates = Replicates::new([side, side], 3, side / columns);
+    let replicates = || Replicates::new([side, side], 3, side / columns);
+    let (mut colours, mut variances) = (replicates(), replicates());
     for seed in 0..seeds {
         let status = Command::new(env!("CARGO_BIN_EXE_etendue"))
             .arg("render")
             .arg(project("scenes/cornell-box.toml"))
             .arg("-o")
             .arg(&output)
-            .args(["--quiet", "--filter", "box"])
+            .args(["--quiet", "--filter", "box", "--aov", "variance"])
             .args(["--size", &format!("{side}x{side}"), "--spp", &spp.to_string()])
             .args(["--depth", &depth.to_string(), "--seed", &seed.to_string()])
             .status()
             .expect("the program starts");
         assert!(status.success(), "{status}");
         let picture = read_image(&output, &Limits::default()).expect("the picture it wrote");
-        let [r, g, b] = ["R", "G", "B"].map(|name| picture.f32_channel(name).expect("a colour channel"));
-        let interleaved: Vec<f32> = r.iter().zip(g).zip(b).flat_map(|((&r, &g), &b)| [r, g, b]).collect();
-        replicates.push(&interleaved);
+        let interleaved = |names: [&str; 3]| -> Vec<f32> {
+            let [r, g, b] = names.map(|name| picture.f32_channel(name).expect("a layer"));
+            r.iter().zip(g).zip(b).flat_map(|((&r, &g), &b)| [r, g, b]).collect()
+        };
+        colours.push(&interleaved(["R", "G", "B"]));
+        variances.push(&interleaved(["Variance.R", "Variance.G", "Variance.B"]));
     }
-    let tile = |index: usize, channel| replicates.tile([index % columns, index / columns], channel);
-    let tiles = Tiles {
-        columns,
-        mean: (0..columns * columns).map(|i| [0, 1, 2].map(|c| tile(i, c).mean())).collect(),
-        error: (0..columns * columns).map(|i| [0, 1, 2].map(|c| tile(i, c).standard_error())).collect(),
-    };
+    let pixels = (side / columns).pow(2) as f64;
+    let (mut tiles, mut ratios) = (Tiles { columns, mean: Vec::new(), error: Vec::new() }, Vec::new());
+    for index in 0..columns * columns {
+        let place = [index % columns, index / columns];
+        let variance = [0, 1, 2].map(|c| variances.tile(place, c).mean() / pixels);
+        tiles.mean.push([0, 1, 2].map(|c| colours.tile(place, c).mean()));
+        tiles.error.push(variance.map(|v| (v / f64::from(seeds)).sqrt()));
+        ratios.extend((0..3).map(|c| colours.tile(place, c).variance() / variance[c]));
+    }
     let image = Image {
-        mean: [0, 1, 2].map(|c| replicates.channel(c).mean()),
-        error: [0, 1, 2].map(|c| replicates.channel(c).standard_error()),
+        mean: [0, 1, 2].map(|c| colours.channel(c).mean()),
+        error: [0, 1, 2].map(|c| colours.channel(c).standard_error()),
     };
-    (tiles, image)
+    Ours { tiles, image, spread: ratios.iter().sum::<f64>() / ratios.len() as f64 }
 }
 
 /// The tiles that differ by more than the tolerance and three sigma of both.
@@ -151,11 +166,15 @@ fn cornell_box_agrees_with_mitsuba() {
     let (side, spp, seeds, factor) = if prove { (512, 64, 16, 1) } else { (128, 64, 8, 2) };
     let reference = Reference::read();
     let (tiles, image) = (reference.merged(factor), reference.image());
-    let (our_tiles, our_image) = render(side, spp, seeds, reference.max_depth, tiles.columns);
+    let Ours { tiles: our_tiles, image: our_image, spread } =
+        render(side, spp, seeds, reference.max_depth, tiles.columns);
 
     let mut found = differing_tiles(&our_tiles, &tiles, &image);
     found.extend(differing_channels(&our_image, &image));
     assert!(found.is_empty(), "{} disagreements:\n{}", found.len(), found.join("\n"));
+
+    // The variance layer is right: what two halves of each pixel tell is what independent pictures show.
+    assert!((spread - 1.0).abs() < 0.15, "variance of tiles over what the layer says: {spread}");
 
     // Agreement means something: the noise is small, and errors that are small but not noise are noticed.
     let mut noise: Vec<f64> = Vec::new();
