@@ -583,3 +583,44 @@ impl<'a> Planes<'a> {
         floats.chain(ids).map(|(name, data)| Channel { name: name.to_owned(), data }).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fixed_point_is_exact_down_to_its_last_bit() {
+        let exact = [0.0, 1.0, -1.0, 0.1, 3.402e7, -5.3e10, 1e-6, 549_755_781_120.0, 2f32.recip(), 1.0 + f32::EPSILON];
+        for value in exact {
+            assert_eq!(from_fixed(to_fixed(value)), f64::from(value), "{value}");
+        }
+        let last_bit = 1.0 / 18_446_744_073_709_551_616.0;
+        for tiny in [1e-15, -1e-15, 3.3e-18, 1e-25, f32::MIN_POSITIVE, 1e-45] {
+            let error = from_fixed(to_fixed(tiny)) - f64::from(tiny);
+            assert!(error.abs() < last_bit && error * f64::from(tiny) <= 0.0, "{tiny}: {error}");
+        }
+    }
+
+    #[test]
+    fn sums_do_not_depend_on_order_or_grouping() {
+        let values: Vec<f32> = (0..1000).map(|i| (i % 37) as f32 * 0.1 * if i % 5 == 0 { 1e9 } else { 1e-7 }).collect();
+        let sums = |order: &mut dyn Iterator<Item = usize>, chunk: usize| {
+            let order: Vec<usize> = order.collect();
+            let mut total = ColourSums::default();
+            for part in order.chunks(chunk) {
+                let mut sums = ColourSums::default();
+                part.iter().for_each(|&i| sums.add(Spectrum([values[i], -values[i], 0.5]), i & 1));
+                total.merge(&sums);
+            }
+            (total.sum, total.difference, total.count)
+        };
+        let reference = sums(&mut (0..1000), 1000);
+        assert_eq!(reference, sums(&mut (0..1000).rev(), 7));
+        assert_eq!(reference, sums(&mut (0..1000).map(|i| i * 387 % 1000), 64));
+    }
+
+    #[test]
+    fn a_pixel_is_80_bytes() {
+        assert_eq!(size_of::<ColourSums>(), 80);
+    }
+}
