@@ -13,6 +13,7 @@ mod geometry;
 mod isa;
 mod items;
 mod kd;
+mod levels;
 mod local_ray;
 mod padding;
 mod ray;

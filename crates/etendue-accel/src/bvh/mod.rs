@@ -8,9 +8,7 @@ mod traverse;
 use crate::bounds::Bounds;
 use crate::error::BuildError;
 use crate::geometry::World;
-use crate::items;
-use crate::padding::Padding;
-use crate::source::Source;
+use crate::levels;
 
 use collapse::Level;
 pub(crate) use traverse::Trace;
@@ -27,21 +25,9 @@ pub(crate) struct Bvh {
 
 impl Bvh {
     pub fn build(world: &World) -> Result<Self, BuildError> {
-        let object_bounds = items::object_bounds(world);
-        let mut objects = Vec::with_capacity(world.geometries.len());
-        for (geometry, bounds) in world.geometries.iter().zip(&object_bounds) {
-            objects.push(match bounds {
-                Some(bounds) => {
-                    let mut items = items::of_geometry(geometry)?;
-                    Some(Level::build(&mut items, Source::Geometry(geometry), Padding::new(bounds, []))?)
-                }
-                None => None,
-            });
-        }
-        let mut items = items::of_top(world, &object_bounds)?;
-        let padding = items::top_padding(world, &items, &object_bounds);
-        let top = Level::build(&mut items, Source::Top(world), padding)?;
-        let deepest = objects.iter().flatten().map(|level| level.depth).max().unwrap_or(0);
+        let (top, objects) =
+            levels::build(world, |mut items, source, padding| Level::build(&mut items, source, padding))?;
+        let deepest = objects.iter().flatten().map(|level: &Level| level.depth).max().unwrap_or(0);
         // Each node on the way replaces one entry by at most eight; vectors are stored whole.
         let stack_len = (node::WIDTH - 1) * (top.depth + deepest) + 2 + node::WIDTH;
         Ok(Self { top, objects, stack_len })

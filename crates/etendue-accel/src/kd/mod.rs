@@ -7,7 +7,8 @@ use crate::accelerator::KdTreeSplit;
 use crate::bounds::Bounds;
 use crate::error::{BuildError, room};
 use crate::geometry::{Sphere, World};
-use crate::items::{self, Item, ItemKind};
+use crate::items::{Item, ItemKind};
+use crate::levels;
 use crate::padding::Padding;
 use crate::ray::PrimitiveId;
 use crate::source::Source;
@@ -88,20 +89,8 @@ pub(crate) struct KdTree {
 
 impl KdTree {
     pub fn build(world: &World, split: KdTreeSplit) -> Result<Self, BuildError> {
-        let object_bounds = items::object_bounds(world);
-        let mut objects = Vec::with_capacity(world.geometries.len());
-        for (geometry, bounds) in world.geometries.iter().zip(&object_bounds) {
-            objects.push(match bounds {
-                Some(bounds) => {
-                    let items = items::of_geometry(geometry)?;
-                    Some(Level::build(&items, Source::Geometry(geometry), Padding::new(bounds, []), split)?)
-                }
-                None => None,
-            });
-        }
-        let items = items::of_top(world, &object_bounds)?;
-        let padding = items::top_padding(world, &items, &object_bounds);
-        let top = Level::build(&items, Source::Top(world), padding, split)?;
+        let (top, objects) =
+            levels::build(world, |items, source, padding| Level::build(&items, source, padding, split))?;
         Ok(Self { top, objects })
     }
 
