@@ -6,7 +6,7 @@ use common::*;
 use etendue::{
     integrator::Integrator,
     material::Scattering,
-    math::{DAffine3, DVec3, dvec3},
+    math::{DAffine3, DQuat, DVec3, dvec3},
     render::RenderSettings,
     sampling::Sampler,
     scene::{Scene, Shape},
@@ -158,6 +158,45 @@ fn half_transparent_bodies_vanish_under_a_white_sky() {
         for integrator in SOLVERS {
             let moments = means(&scene, &view, [16, 16], &statistics(integrator, 64), 16);
             assert_mean(&format!("scale {scale}, shift {shift}, {integrator}"), &moments, 1.0, 0.002);
+        }
+    }
+}
+
+/// A square in many small triangles, tilted so that no two of them lie in exactly one plane.
+fn tilted_grid(cells: u32) -> Shape {
+    let at = |i: u32| f64::from(i) / f64::from(cells) * 2.0 - 1.0;
+    let turn = DQuat::from_rotation_z(0.37) * DQuat::from_rotation_x(0.61);
+    let corners = (0..=cells).flat_map(|y| (0..=cells).map(move |x| (x, y)));
+    let positions = corners.map(|(x, y)| (turn * dvec3(at(x), at(y), 0.0)).as_vec3().to_array()).collect();
+    let index = |x: u32, y: u32| y * (cells + 1) + x;
+    let cells = (0..cells).flat_map(|y| (0..cells).map(move |x| (x, y)));
+    let faces = cells.flat_map(|(x, y)| {
+        let [a, b, c, d] = [index(x, y), index(x + 1, y), index(x + 1, y + 1), index(x, y + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    mesh(positions, faces.collect())
+}
+
+#[test]
+fn faces_in_one_place_do_not_shadow_each_other() {
+    // A ray that leaves one of two equal surfaces starts in the other: the skip id does not help, only the offset does.
+    for (scale, shift) in PLACES {
+        for instanced in [false, true] {
+            let (mut parts, at) = (Parts::default(), dvec3(shift, -shift, 0.5 * shift));
+            let material = parts.material(diffuse(0.5));
+            let first = parts.shape(tilted_grid(20));
+            let second = if instanced { first } else { parts.shape(tilted_grid(20)) };
+            for shape in [first, second] {
+                let turn = DAffine3::from_translation(at) * DAffine3::from_rotation_y(0.4);
+                parts.place(shape, turn * DAffine3::from_scale(DVec3::splat(scale)), material);
+            }
+            parts.0.environment = Some(Spectrum::ONE);
+            let view = camera(at + scale * dvec3(2.0, 2.5, 3.0), at);
+            let image = picture(&parts.build(), &view, [128, 128], &statistics(Integrator::Brute, 4));
+            let values = interleaved(&image);
+            let wrong = values.iter().filter(|v| (*v * 8.0).fract() != 0.0 || **v < 0.5 || **v > 1.0).count();
+            assert_eq!(wrong, 0, "scale {scale}, shift {shift}, instanced {instanced}: no mean of 1/2 and 1");
+            assert!(values.contains(&0.5), "the surface is seen");
         }
     }
 }
