@@ -14,6 +14,7 @@ use crate::{
 use etendue::{
     film::{Film, SampleCounts},
     image::Image,
+    integrator::Integrator,
     render::{RenderControl, RenderError, render},
     tonemap::{self, ToneCurve},
 };
@@ -40,6 +41,9 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     seconds.build = lap(clock);
     if !job.film.aovs.is_empty() && !outputs.keeps_layers() {
         report::warning("layers are asked for, but only .exr files hold them");
+    }
+    if job.settings.integrator == Integrator::Brute && job.scene.has_point_lights() {
+        report::warning("`brute` does not see point lights: no ray can hit a point; `path` and `light-split` do");
     }
 
     let film = Film::new(&job.film).map_err(|e| {
