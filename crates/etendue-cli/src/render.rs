@@ -42,9 +42,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     if !job.film.aovs.is_empty() && !outputs.keeps_layers() {
         report::warning("layers are asked for, but only .exr files hold them");
     }
-    if job.settings.integrator == Integrator::Brute && job.scene.has_point_lights() {
-        report::warning("`brute` does not see point lights: no ray can hit a point; `path` and `light-split` do");
-    }
+    warn_of_darkness(&job);
 
     let film = Film::new(&job.film).map_err(|e| {
         // Whoever gave the size or the crop is told so.
@@ -73,6 +71,21 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         report::result(&summary.json())?;
     }
     Ok(if signals.interrupted() { Exit::Interrupted } else { Exit::Done })
+}
+
+/// Says why a picture will be darker than its author may think.
+fn warn_of_darkness(job: &load::Job) {
+    let (integrator, scene) = (job.settings.integrator, &job.scene);
+    if !matches!(integrator, Integrator::Path | Integrator::LightSplit | Integrator::Brute) {
+        return;
+    }
+    if scene.lights().is_empty() {
+        report::warning(
+            "nothing in the scene emits light: the picture will be black; add lights, an environment or emission",
+        );
+    } else if integrator == Integrator::Brute && scene.has_point_lights() {
+        report::warning("`brute` does not see point lights: no ray can hit a point; `path` and `light-split` do");
+    }
 }
 
 fn lap(clock: Instant) -> f64 {

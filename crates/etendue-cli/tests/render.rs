@@ -148,6 +148,16 @@ fn brute_says_that_it_does_not_see_point_lights() {
 }
 
 #[test]
+fn a_scene_without_light_is_said_to_be_black() {
+    let folder = Folder::new();
+    folder.put("dark.toml", SCENE.replace("emission", "# emission"));
+    let words = "nothing in the scene emits light";
+    folder.run("render dark.toml -o a.png").with_code(0).saying(&[words]);
+    assert!(!folder.run("render dark.toml --integrator normal -o a.png").with_code(0).stderr.contains(words));
+    assert!(!folder.run("render scene.toml -o a.png").with_code(0).stderr.contains(words));
+}
+
+#[test]
 fn the_examples_in_the_help_run() {
     let folder = Folder::new();
     fs::create_dir(folder.path("scenes")).unwrap();

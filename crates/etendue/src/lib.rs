@@ -1,6 +1,8 @@
 //! Physically based Monte Carlo light transport: an immutable [`Scene`](scene::Scene), rays that flow through it in
 //! waves, and a film whose sums are exact.
 
+#![forbid(unsafe_code)]
+
 pub mod bsdf;
 pub mod camera;
 pub mod film;

@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Div, Index, Mul, MulAssign, Sub};
 
 /// A spectral quantity (radiance, reflectance, throughput), linear RGB.
 #[repr(transparent)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spectrum(pub [f32; 3]);
 
 impl Spectrum {
