@@ -278,8 +278,12 @@ impl<'a> Builder<'a> {
         Ok((geometry, Some(transform), Primitives::Mesh(data)))
     }
 
+    /// What a primitive emits as light sampling sees it: where a surface is partly not there, so is its light.
     fn emission(&self, placement: &Placement, primitive: u32) -> Option<Emission> {
-        self.parts.materials[placement.material(primitive) as usize].emission.filter(|e| !e.radiance.is_black())
+        let material = &self.parts.materials[placement.material(primitive) as usize];
+        let Emission { radiance, two_sided } = material.emission?;
+        let radiance = radiance * material.opacity;
+        (!radiance.is_black()).then_some(Emission { radiance, two_sided })
     }
 
     /// Lists the emitters of a placement.
