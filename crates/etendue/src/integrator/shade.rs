@@ -132,7 +132,10 @@ fn first_hit(context: &Context, vertex: &Vertex) -> FirstHit {
 }
 
 fn add_environment(context: &Context, strategy: Strategy, paths: &mut Paths, path: usize, direction: Vec3) {
-    let Some(radiance) = context.scene.environment() else { return };
+    let radiance = context.scene.environment_radiance(direction);
+    if radiance.is_black() {
+        return;
+    }
     let Previous { context: from, density } = &paths.previous[path];
     let weight = found_weight(strategy, *density, || context.scene.lights().pdf_environment(from, direction));
     paths.radiance[path] += paths.throughput[path] * radiance * weight;

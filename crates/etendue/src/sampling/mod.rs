@@ -7,6 +7,7 @@
 
 mod distribution;
 mod filter;
+mod grid;
 mod hash;
 mod independent;
 mod sobol;
@@ -18,6 +19,7 @@ use std::str::FromStr;
 use crate::film::UnknownName;
 pub use distribution::{Choice, Distribution1D, DistributionError};
 pub use filter::{Filter, FilterSampler};
+pub use grid::{Cell, Distribution2D};
 use hash::{GOLDEN, mix, to_unit};
 use independent::Independent;
 use sobol::Sobol;
