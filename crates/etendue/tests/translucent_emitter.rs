@@ -21,7 +21,7 @@ fn lamp_in_a_room(two_sided: bool) -> (Scene, CameraSettings, f64) {
     let mut parts = Parts::default();
     let wall = parts.diffuse([RHO; 3]);
     let lamp = parts.emitter([EMITTED; 3], two_sided);
-    parts.0.materials[lamp].opacity = OPACITY;
+    parts.0.materials[lamp].opacity = OPACITY.into();
     parts.sphere(DVec3::ZERO, 1.0, wall);
     parts.sphere(DVec3::ZERO, 0.5, lamp);
     let (rho, e, a, p) = (f64::from(RHO), f64::from(EMITTED), f64::from(OPACITY), 0.25);

@@ -6,6 +6,7 @@ use crate::{
     light::{Light, LightTable, LightTableError, RectangleLight, SphereLight, TriangleLight},
     material::{Emission, Material},
     math::{DAffine3, DMat3, DVec3, Vec3},
+    spectrum::Spectrum,
     surface::{MeshData, NO_LIGHT, face_normal, orient},
 };
 use etendue_accel::{
@@ -102,15 +103,22 @@ impl Scene {
         Ok(Self {
             center,
             placements,
-            bsdfs: parts.materials.iter().map(Material::bsdf).collect(),
+            bsdfs: parts.materials.iter().map(|m| m.scattering.constant().map(|values| values.bsdf())).collect(),
             lights: LightTable::new(lights, f64::from(radius))?,
             has_delta_lights: !parts.delta_lights.is_empty(),
             accelerator,
-            opaque: parts.materials.iter().all(|m| m.opacity >= 1.0),
+            opaque: parts.materials.iter().all(Material::is_opaque),
             materials: parts.materials,
             stats,
         })
     }
+}
+
+/// What a face emits.
+#[derive(Clone, Copy)]
+struct Glow {
+    radiance: Spectrum,
+    two_sided: bool,
 }
 
 struct Builder<'a> {
@@ -269,11 +277,11 @@ impl<'a> Builder<'a> {
     }
 
     /// What a primitive emits as light sampling sees it: where a surface is partly not there, so is its light.
-    fn emission(&self, placement: &Placement, primitive: u32) -> Option<Emission> {
+    fn emission(&self, placement: &Placement, primitive: u32) -> Option<Glow> {
         let material = &self.parts.materials[placement.material(primitive) as usize];
-        let Emission { radiance, two_sided } = material.emission?;
-        let radiance = radiance * material.opacity;
-        (!radiance.is_black()).then_some(Emission { radiance, two_sided })
+        let Emission { radiance, two_sided } = material.emission.as_ref()?;
+        let radiance = radiance.factor * material.opacity.factor;
+        (!radiance.is_black()).then_some(Glow { radiance, two_sided: *two_sided })
     }
 
     /// Lists the emitters of a placement.
@@ -288,7 +296,7 @@ impl<'a> Builder<'a> {
             (Primitives::Mesh(mesh), Shape::Rectangle { .. }) => {
                 let Some(emission) = self.emission(placement, 0) else { return FaceLights::None };
                 let [a, b, _, d] = [0, 1, 2, 3].map(|i: usize| Vec3::from(mesh.positions[i]));
-                let Emission { radiance, two_sided } = emission;
+                let Glow { radiance, two_sided } = emission;
                 let (u, v) = if to_local.matrix3.determinant() < 0.0 { (d - a, b - a) } else { (b - a, d - a) };
                 self.lights.push(Light::Rectangle(RectangleLight { corner: a, u, v, radiance, two_sided }));
                 FaceLights::One(next)
@@ -317,7 +325,7 @@ impl<'a> Builder<'a> {
                 // The light's front is the side of its winding.
                 let swap = (front.dot(winding) < 0.0) != mirrored;
                 let vertices = if swap { [a, c, b] } else { [a, b, c] };
-                let Emission { radiance, two_sided } = emission;
+                let Glow { radiance, two_sided } = emission;
                 self.lights.push(Light::Triangle(TriangleLight { vertices, radiance, two_sided }));
                 (self.lights.len() - 1) as u32
             })
@@ -326,8 +334,8 @@ impl<'a> Builder<'a> {
     }
 }
 
-fn sphere_light(placement: &Placement, center: Vec3, radius: f32, emission: Emission) -> SphereLight {
-    let Emission { radiance, two_sided } = emission;
+fn sphere_light(placement: &Placement, center: Vec3, radius: f32, emission: Glow) -> SphereLight {
+    let Glow { radiance, two_sided } = emission;
     match &placement.transform {
         None => SphereLight { two_sided, ..SphereLight::round(center, radius, radiance) },
         Some(transform) => {
