@@ -37,9 +37,9 @@ pub fn unknown_ending(path: &Path, origin: &Origin) -> Option<Diagnostic> {
 
 /// Loads meshes and collects findings.
 pub struct Loader<'a> {
-    description: &'a SceneDescription,
-    sources: &'a mut SourceMap,
-    limits: &'a Limits,
+    pub(super) description: &'a SceneDescription,
+    pub(super) sources: &'a mut SourceMap,
+    pub(super) limits: &'a Limits,
     names: BTreeMap<&'a str, &'a MeshSource>,
     inline: BTreeMap<&'a str, MeshRef>,
     /// `None`: could not be read, which has been reported.
