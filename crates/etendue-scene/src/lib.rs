@@ -3,8 +3,10 @@
 #![forbid(unsafe_code)]
 
 mod build;
+mod crease;
 pub mod description;
 pub mod diagnostic;
+mod find_file;
 pub mod geometry;
 pub mod gzip;
 mod limits;
