@@ -174,6 +174,8 @@ pub struct MeshRecord {
     pub name: String,
     /// Where the vertices are.
     pub source: MeshSource,
+    /// Degrees, in (0, 180]: where normals are missing, edges less sharp than this are smoothed; absent: none are.
+    pub crease_angle: Option<f64>,
     /// Where its name is.
     pub origin: Origin,
 }
@@ -208,7 +210,12 @@ pub enum ShapeRecord {
     /// A mesh of [`SceneDescription::meshes`].
     Mesh(Located<String>),
     /// A mesh file.
-    File(Located<PathBuf>),
+    File {
+        /// Relative to [`SceneDescription::folder`].
+        path: Located<PathBuf>,
+        /// As [`MeshRecord::crease_angle`].
+        crease_angle: Option<f64>,
+    },
     /// A sphere.
     Sphere {
         /// Centre, metres.

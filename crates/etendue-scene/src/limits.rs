@@ -9,8 +9,10 @@ pub struct Limits {
     pub file_bytes: u64,
     /// Bytes of one material library.
     pub library_bytes: u64,
-    /// Triangles in all meshes together, each counted once however many objects share it.
+    /// Triangles in all meshes together, and spheres in mesh files, each counted once however many objects share it.
     pub triangles: usize,
+    /// Shapes that objects place; an object of a mesh file with spheres places several.
+    pub placed: usize,
     /// Vertices of which boxes are taken for `relocate`, in all objects together.
     pub relocated_vertices: usize,
 }
@@ -22,6 +24,7 @@ impl Default for Limits {
             file_bytes: 8 << 30,
             library_bytes: 64 << 20,
             triangles: 1 << 28,
+            placed: 1 << 24,
             relocated_vertices: 1 << 32,
         }
     }

@@ -61,6 +61,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[[objects]]", "transform") => "[{ scale = 2 }, { translate = [1, 2, 3] }]",
         ("[[objects]]", "mesh") => "\"m\"",
         ("[[objects]]", "file") => "\"a.obj\"",
+        ("[[objects]]", "crease_angle") => "30",
         ("[[objects]]", "center" | "corner" | "min") => "[-1, -2, -3]",
         ("[[objects]]", "radius") => "0.5",
         ("[[objects]]", "u") => "[1, 0, 0]",
@@ -194,7 +195,7 @@ fn textures() {
 #[test]
 fn objects() {
     for (name, left_out) in [
-        ("mesh", &["file"][..]),
+        ("mesh", &["file", "crease_angle"][..]),
         ("mesh", &["mesh"]),
         ("sphere", &[]),
         ("rectangle", &["size"]),
@@ -231,7 +232,10 @@ fn steps() {
 
 #[test]
 fn meshes() {
-    read("[meshes.a]\nfile = \"a.obj\"");
+    let scene =
+        read("[meshes.a]\nfile = \"a.obj\"\ncrease_angle = 180\n[[objects]]\nfile = \"b.ply\"\ncrease_angle = 1.5");
+    assert_eq!(scene.meshes[0].crease_angle, Some(180.0));
+    assert!(matches!(scene.objects[0].shape, ShapeRecord::File { crease_angle: Some(1.5), .. }));
     let scene = read(
         "[meshes.a]\npositions = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nindices = [[0,1,2,3]]\n\
          normals = [[0,0,2],[0,0,2],[0,0,2],[0,0,2]]\nuvs = [[0,0],[1,0],[1,1],[0,1]]",

@@ -152,7 +152,7 @@ pub static EMISSION: Section = Section { name: "emission", keys: &[all("radiance
 /// Geometry to be shared.
 pub static MESH: Section = Section {
     name: "[meshes.NAME]",
-    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs")],
+    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs"), all("crease_angle")],
 };
 
 /// A thing in the scene.
@@ -165,6 +165,7 @@ pub static OBJECT: Section = Section {
         all("transform"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),
+        of("crease_angle", &["mesh"]),
         of("center", &["sphere"]),
         of("radius", &["sphere", "disk"]),
         of("size", &["rectangle", "box"]),

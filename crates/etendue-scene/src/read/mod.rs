@@ -93,10 +93,9 @@ fn materials(item: Item) -> Option<Vec<MaterialRecord>> {
 }
 
 fn meshes(item: Item) -> Option<Vec<MeshRecord>> {
-    let record = |(entry, item): (&Entry, Item)| MeshRecord {
-        name: entry.key.clone(),
-        source: object::mesh_source(item),
-        origin: entry.origin.clone(),
+    let record = |(entry, item): (&Entry, Item)| {
+        let (source, crease_angle) = object::mesh_source(item);
+        MeshRecord { name: entry.key.clone(), source, crease_angle, origin: entry.origin.clone() }
     };
     Some(named(item, "meshes")?.map(record).collect())
 }
