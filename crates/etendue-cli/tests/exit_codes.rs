@@ -91,7 +91,11 @@ fn missing_and_unreadable_inputs_exit_2() {
 fn inputs_of_other_kinds_exit_3() {
     let folder = Folder::new();
     folder.put("scene.xml", "<scene/>");
-    folder.run("render scene.xml").with_code(3).saying(&["scene.xml", ".toml"]);
+    folder.run("render scene.xml").with_code(3).saying(&["scene.xml", "Mitsuba files are not read yet", ".toml"]);
+    folder.put("mesh.toml", "[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n[[objects]]\nfile = \"a.glb\"\n");
+    folder.run("render mesh.toml").with_code(3).saying(&["mesh.toml:5:8", "a.glb: glTF files are not read yet"]);
+    folder.put("both.toml", "[camera]\nposition = [0, 0, 5]\nlook_at = 1\n[[objects]]\nfile = \"a.glb\"\n");
+    folder.run("render both.toml").with_code(2);
 }
 
 #[test]
