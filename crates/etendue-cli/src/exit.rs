@@ -2,7 +2,8 @@
 
 use etendue_scene::{
     Diagnostics,
-    output::{ReadError, UnknownEnding, WriteError, metric::CompareError},
+    image_file::ReadError,
+    output::{UnknownEnding, WriteError, metric::CompareError},
 };
 use std::process::ExitCode;
 

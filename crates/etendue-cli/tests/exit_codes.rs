@@ -84,7 +84,7 @@ fn missing_and_unreadable_inputs_exit_2() {
     folder.put("mesh.toml", format!("{SCENE}\n[[objects]]\nfile = \"gone.obj\"\nmaterial = \"white\"\n"));
     folder.run("render mesh.toml").with_code(2).saying(&["gone.obj", "mesh.toml:"]);
     folder.run("diff none.exr scene.toml").with_code(2).saying(&["none.exr"]);
-    folder.run("diff scene.toml scene.toml").with_code(2).saying(&["scene.toml", "no PNG, OpenEXR or PFM"]);
+    folder.run("diff scene.toml scene.toml").with_code(2).saying(&["scene.toml", "no PNG, JPEG, HDR, OpenEXR"]);
 }
 
 #[test]

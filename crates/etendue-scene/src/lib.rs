@@ -7,6 +7,7 @@ pub mod description;
 pub mod diagnostic;
 pub mod geometry;
 pub mod gzip;
+pub mod image_file;
 mod indexed;
 mod limits;
 pub mod mesh_file;
