@@ -144,11 +144,19 @@ pub enum ReadError {
     #[error(transparent)]
     Source(#[from] crate::SourceError),
     /// A format that is not read.
-    #[error("cannot read {} as a scene: scenes are read from .toml files", path.display())]
+    #[error("{}", unsupported(path))]
     Unsupported {
         /// The file.
         path: std::path::PathBuf,
     },
+}
+
+fn unsupported(path: &Path) -> String {
+    let path_shown = path.display();
+    match crate::not_read_yet(path) {
+        Some(kind) => format!("{path_shown}: {kind} files are not read yet; scenes are read from .toml files"),
+        None => format!("cannot read {path_shown} as a scene: scenes are read from .toml files"),
+    }
 }
 
 /// An error with its place, for [`references`].
