@@ -28,6 +28,8 @@ pub(super) struct SampleId {
     pub pixel: [u32; 2],
     /// Sample index in the pixel.
     pub index: u32,
+    /// Weight of the sample in the pixel; negative in the negative lobes of a filter.
+    pub weight: f32,
 }
 
 /// How far a path has come.

@@ -72,7 +72,7 @@ impl Wave {
         let before = self.paths.len();
         for (pixel, index) in samples.take(self.capacity - before) {
             let key = context.sampler.key(context.seed, pixel, index);
-            let offset = context.filter.sample(context.sampler.two_d(key, 0, Slot::Pixel));
+            let (offset, weight) = context.filter.sample(context.sampler.two_d(key, 0, Slot::Pixel));
             let lens = if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
             let [x, y] = pixel.map(|c| c as f32 + 0.5);
             let camera_ray = context.camera.ray(x + offset.x, y + offset.y, lens);
@@ -85,7 +85,7 @@ impl Wave {
                 mask: u32::MAX,
                 skip: PrimitiveId::NONE,
             };
-            self.paths.push(ray, SampleId { key, pixel, index });
+            self.paths.push(ray, SampleId { key, pixel, index, weight });
         }
         (self.paths.len() - before) as u64
     }
@@ -115,8 +115,8 @@ impl Wave {
                 path += 1;
                 continue;
             }
-            let SampleId { pixel, index, .. } = self.paths.samples[path];
-            let sample = PathSample { radiance: self.paths.radiance[path], first: self.paths.first[path] };
+            let SampleId { pixel, index, weight, .. } = self.paths.samples[path];
+            let sample = PathSample { radiance: self.paths.radiance[path] * weight, first: self.paths.first[path] };
             tile.add(pixel, index, &sample);
             self.paths.swap_remove(path);
         }
