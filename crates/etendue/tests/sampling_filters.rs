@@ -107,7 +107,8 @@ fn weights_have_one_size_and_the_sign_of_the_lobe() {
 /// Weighted means over the places are integrals against the filter: of 1, of moments, of waves.
 #[test]
 fn weighted_means_are_filtered_values() {
-    let values: [(&str, fn(f64, f64) -> f64); 4] = [
+    type Value = (&'static str, fn(f64, f64) -> f64);
+    let values: [Value; 4] = [
         ("1", |_, _| 1.0),
         ("x^2", |x, _| x * x),
         ("x^2 y^2", |x, y| x * x * y * y),

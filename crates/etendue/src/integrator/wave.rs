@@ -25,6 +25,9 @@ pub(crate) struct Context<'a> {
     pub integrator: Integrator,
     pub max_depth: u32,
     pub wants_layers: bool,
+    pub wants_direct: bool,
+    /// Camera rays that meet nothing bring nothing home.
+    pub transparent: bool,
 }
 
 /// Work done by a worker.
@@ -103,7 +106,16 @@ impl Wave {
             }
         };
         for path in 0..self.paths.len() {
+            if context.transparent && !self.paths.met_surface(path) {
+                self.paths.progress[path].alive = false;
+                continue;
+            }
+            let depth = self.paths.progress[path].depth;
             shade::shade(context, strategy, &mut self.paths, path, &mut self.shadows);
+            if context.wants_direct && depth == 2 {
+                // What the second edge found is in; light samples of its end are on their way, and longer.
+                self.paths.direct[path] = self.paths.radiance[path];
+            }
         }
     }
 
@@ -116,7 +128,13 @@ impl Wave {
                 continue;
             }
             let SampleId { pixel, index, weight, .. } = self.paths.samples[path];
-            let sample = PathSample { radiance: self.paths.radiance[path] * weight, first: self.paths.first[path] };
+            let sample = PathSample {
+                radiance: self.paths.radiance[path],
+                direct: self.paths.direct(path),
+                weight,
+                met_surface: self.paths.met_surface(path),
+                first: self.paths.first[path],
+            };
             tile.add(pixel, index, &sample);
             self.paths.swap_remove(path);
         }

@@ -44,16 +44,17 @@ fn node_hash(dimension: u64, block: u32, level: u32, path: u32) -> u64 {
 /// 1 and 2 under an invertible linear map (six of them) and the image of 0.
 #[inline]
 fn permute4(digit: u32, hash: u64) -> u32 {
-    let pick = |bits: u64, count: u64| ((bits & 0xffff_ffff) * count >> 32) as u32;
+    let pick = |bits: u64, count: u64| (((bits & 0xffff_ffff) * count) >> 32) as u32;
     let zero = (hash & 3) as u32;
     let map = pick(hash >> 32, 6);
     let one = map % 3 + 1;
     let two = (map % 3 + 1 + map / 3) % 3 + 1;
-    zero ^ (digit & 1) * one ^ (digit >> 1) * two
+    zero ^ ((digit & 1) * one) ^ ((digit >> 1) * two)
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::disallowed_methods)]
     use super::*;
     use std::collections::BTreeMap;
 
