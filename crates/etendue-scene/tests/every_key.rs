@@ -42,7 +42,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[film]", "exposure") => "-1.5",
         ("[film]", "tonemap") => "\"srgb\"",
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
-        ("film.filter", "radius" | "sigma") => "0.75",
+        ("film.filter", "radius" | "sigma" | "b" | "c") => "0.75",
         ("[sampler]", "spp" | "seed") => "9",
         ("[integrator]", "depth") => "8",
         ("[integrator]", "distance") => "0.5",
@@ -113,7 +113,7 @@ fn settings() {
     for name in ["bvh", "kdtree", "brute"] {
         all_keys("[accelerator]", "[accelerator]", "type", name, &[]);
     }
-    for name in ["gaussian", "box"] {
+    for name in ["gaussian", "box", "tent", "mitchell", "lanczos"] {
         all_keys("film.filter", "[film.filter]", "type", name, &[]);
     }
     let film = read(&format!(

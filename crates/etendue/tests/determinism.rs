@@ -51,7 +51,8 @@ fn base() -> RenderSettings {
 }
 
 fn layers(scene: &Scene, settings: &RenderSettings, crop: Option<[u32; 4]>) -> Image {
-    let film = Film::new(&FilmSettings { resolution: [48, 36], crop, aovs: Aov::ALL.to_vec() }).expect("a film");
+    let film = Film::new(&FilmSettings { resolution: [48, 36], crop, aovs: Aov::ALL.to_vec(), transparent: false })
+        .expect("a film");
     let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));
     render(scene, &view, settings, &film, &RenderControl::default()).expect("valid settings");
     film.develop()
@@ -128,7 +129,8 @@ fn every_view_renders_without_a_number_left_out() {
 #[test]
 fn a_cancelled_render_keeps_whole_samples() {
     let scene = scene(AcceleratorKind::Bvh, Isa::detect());
-    let film = Film::new(&FilmSettings { resolution: [48, 36], crop: None, aovs: vec![] }).expect("a film");
+    let film = Film::new(&FilmSettings { resolution: [48, 36], crop: None, aovs: vec![], transparent: false })
+        .expect("a film");
     let control = RenderControl::default();
     control.cancel();
     let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));

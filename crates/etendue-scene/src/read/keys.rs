@@ -77,8 +77,10 @@ pub static FILM: Section = Section {
 };
 
 /// Reconstruction.
-pub static FILTER: Section =
-    Section { name: "film.filter", keys: &[all("type"), all("radius"), of("sigma", &["gaussian"])] };
+pub static FILTER: Section = Section {
+    name: "film.filter",
+    keys: &[all("type"), all("radius"), of("sigma", &["gaussian"]), of("b", &["mitchell"]), of("c", &["mitchell"])],
+};
 
 /// Random numbers.
 pub static SAMPLER: Section = Section { name: "[sampler]", keys: &[all("type"), all("spp"), all("seed")] };

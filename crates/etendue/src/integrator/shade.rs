@@ -72,7 +72,7 @@ pub(super) fn shade(context: &Context, strategy: Strategy, paths: &mut Paths, pa
     let mut textured = Bsdf::Black;
     let vertex = Vertex::new(context, point, &hit, wo, &mut textured);
     if context.wants_layers && paths.progress[path].depth == 1 {
-        paths.first[path] = first_hit(context, &vertex);
+        paths.first[path] = first_hit(context, &vertex, &hit);
     }
     if vertex.point.light != NO_LIGHT {
         add_emission(context, strategy, paths, path, &vertex, &hit);
@@ -133,11 +133,13 @@ impl<'a> Vertex<'a> {
     }
 }
 
-fn first_hit(context: &Context, vertex: &Vertex) -> FirstHit {
+fn first_hit(context: &Context, vertex: &Vertex, hit: &Hit) -> FirstHit {
     FirstHit {
         albedo: vertex.bsdf.albedo(),
         normal: vertex.point.shading_normal,
         depth: context.camera.depth(vertex.point.position),
+        position: (context.scene.center() + vertex.point.position.as_dvec3()).as_vec3(),
+        uv: context.scene.texture_coordinates(&vertex.point, hit),
         object: vertex.point.id.instance + 1,
         material: vertex.point.material + 1,
     }
