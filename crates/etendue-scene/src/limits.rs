@@ -1,5 +1,7 @@
 //! Bounds on what one scene may take, checked before memory is.
 
+use crate::image_file;
+
 /// Bounds on the input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -13,6 +15,8 @@ pub struct Limits {
     pub triangles: usize,
     /// Shapes that objects place; an object of a mesh file with spheres places several.
     pub placed: usize,
+    /// What reading one image may cost.
+    pub image: image_file::Limits,
     /// Vertices of which boxes are taken for `relocate`, in all objects together.
     pub relocated_vertices: usize,
 }
@@ -25,6 +29,7 @@ impl Default for Limits {
             library_bytes: 64 << 20,
             triangles: 1 << 28,
             placed: 1 << 24,
+            image: image_file::Limits::default(),
             relocated_vertices: 1 << 32,
         }
     }

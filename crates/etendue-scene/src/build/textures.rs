@@ -1,8 +1,10 @@
 //! Image files of textures: each read once, whatever refers to it.
 
 use crate::{
-    Diagnostic, Diagnostics, Limits, Severity, SourceMap, description::TextureRecord, find_file::find_file,
-    output::read_image,
+    Diagnostic, Diagnostics, Limits, Severity, SourceMap,
+    description::TextureRecord,
+    find_file::find_file,
+    image_file::{self, decode_texture},
 };
 use etendue::texture::{Samples, Texture, TextureImage, Transfer};
 use std::{
@@ -82,11 +84,15 @@ impl TextureFiles<'_> {
 }
 
 fn read(path: &Path, files: &mut TextureFiles) -> Result<Arc<TextureImage>, String> {
-    let image = read_image(path, &Default::default()).map_err(|error| error.to_string())?;
-    let channel = |name| image.f32_channel(name).ok_or_else(|| format!("{} has no colour", path.display()));
-    let [r, g, b] = [channel("R")?, channel("G")?, channel("B")?];
-    let samples: Vec<f32> = (0..r.len()).flat_map(|i| [r[i], g[i], b[i]]).collect();
-    let _ = &files.sources;
-    let image = TextureImage::new(image.width, image.height, 3, Samples::F32(samples.into()), Transfer::Linear);
-    Ok(Arc::new(image.map_err(|error| error.to_string())?))
+    let limits = files.limits.image;
+    let file = files.sources.read(path, limits.file).map_err(|error| error.to_string())?;
+    let image = decode_texture(path, &files.sources.bytes(file), &limits).map_err(|error| error.to_string())?;
+    let samples = match image.samples {
+        image_file::Samples::U8(samples) => Samples::U8(samples.into()),
+        image_file::Samples::U16(samples) => Samples::U16(samples.into()),
+        image_file::Samples::F32(samples) => Samples::F32(samples.into()),
+    };
+    let transfer = if image.encoded_srgb { Transfer::Srgb } else { Transfer::Linear };
+    let made = TextureImage::new(image.width, image.height, image.channels.into(), samples, transfer);
+    made.map(Arc::new).map_err(|error| format!("cannot use {}: {error}", path.display()))
 }
