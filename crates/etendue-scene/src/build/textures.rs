@@ -1,0 +1,93 @@
+//! Image files of textures: each read once, whatever refers to it.
+
+use crate::{
+    Diagnostic, Diagnostics, Limits, Severity, SourceMap, description::TextureRecord, find_file::find_file,
+    image_file::decode_texture,
+};
+use etendue::texture::{Texture, TextureImage, Transfer};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// Where textures come from, and where findings go.
+pub struct TextureFiles<'a> {
+    /// Where relative names start.
+    pub folder: &'a Path,
+    /// How bad it is if an image cannot be read.
+    pub missing: Severity,
+    /// Gets the files' bytes.
+    pub sources: &'a mut SourceMap,
+    /// Bounds on what is read.
+    pub limits: &'a Limits,
+    /// What was found.
+    pub findings: &'a mut Diagnostics,
+}
+
+/// The images read so far.
+#[derive(Debug, Default)]
+pub struct Textures {
+    /// By path; `None`: could not be read, which has been reported.
+    files: BTreeMap<PathBuf, Option<Arc<TextureImage>>>,
+    /// Those with another meaning than they were read with.
+    others: BTreeMap<PathBuf, Arc<TextureImage>>,
+}
+
+impl Textures {
+    /// The texture of a record; `transfer` is what its samples mean if the record does not say. `None` if it cannot be read,
+    /// which is reported.
+    pub fn load(
+        &mut self,
+        record: &TextureRecord,
+        transfer: Transfer,
+        files: &mut TextureFiles,
+    ) -> Option<Arc<Texture>> {
+        let (path, note) = match find_file(files.folder, &record.file.value.to_string_lossy()) {
+            Ok(found) => found,
+            Err(error) => return files.report(error.to_string(), record),
+        };
+        if !self.files.contains_key(&path) {
+            if let Some(note) = note {
+                files.findings.push(Diagnostic::note(note).at(record.file.origin.clone()));
+            }
+            let image = match read(&path, files) {
+                Ok(image) => Some(image),
+                Err(message) => files.report(message, record),
+            };
+            self.files.insert(path.clone(), image);
+        }
+        let stored = self.files.get(&path)?.as_ref()?;
+        let transfer = record.transfer.unwrap_or(transfer);
+        let image = if stored.transfer() == transfer {
+            stored.clone()
+        } else {
+            let other = || Arc::new(stored.with_transfer(transfer));
+            self.others.entry(path).or_insert_with(other).clone()
+        };
+        Some(Arc::new(Texture { image, mapping: record.mapping }))
+    }
+}
+
+impl TextureFiles<'_> {
+    fn report<T>(&mut self, message: String, record: &TextureRecord) -> Option<T> {
+        let finding = Diagnostic { severity: self.missing, ..Diagnostic::error(message) };
+        let finding = finding.at(record.file.origin.clone());
+        self.findings.push(match self.missing {
+            Severity::Error => finding,
+            _ => finding.label("the material goes without it"),
+        });
+        None
+    }
+}
+
+fn read(path: &Path, files: &mut TextureFiles) -> Result<Arc<TextureImage>, String> {
+    let limits = &files.limits.images;
+    let file = files.sources.read(path, limits.file).map_err(|error| error.to_string())?;
+    let bytes = files.sources.bytes(file);
+    let image = decode_texture(path, &bytes, limits).map_err(|error| error.to_string())?;
+    match image.into_texture() {
+        Ok(image) => Ok(Arc::new(image)),
+        Err(error) => Err(format!("{}: {error}", path.display())),
+    }
+}
