@@ -97,7 +97,7 @@ pub fn build(description: &SceneDescription, sources: &mut SourceMap, limits: &L
             resolution: film.size,
             crop: film.crop.as_ref().map(|crop| crop.value),
             aovs: film.aovs.clone(),
-            transparent: false,
+            transparent: film.transparent,
         },
         filter: film.filter,
         exposure: film.exposure,
