@@ -3,12 +3,13 @@
 use etendue::{
     material::{Relief, Scattering},
     math::DVec3,
+    scene::DeltaLight,
     spectrum::Spectrum,
     texture::{Channel, Filtering, Transfer, Wrap},
 };
 use etendue_scene::{
     SourceMap,
-    description::{Lens, SceneDescription, ShapeRecord, Step, View},
+    description::{EnvironmentRecord, Lens, SceneDescription, ShapeRecord, Step, UpAxis, View},
     read_toml,
 };
 use std::path::Path;
@@ -57,6 +58,15 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "ior") => "1.25",
         ("[materials.NAME]", "opacity" | "alpha") => "0.5",
         ("[materials.NAME]", _) => "[0.25, 0.5, 0.125]",
+        ("[environment]", "image") => "\"sky.hdr\"",
+        ("[environment]", "rotation") => "-30",
+        ("[environment]", "up") => "\"z\"",
+        ("[environment]", _) => "[1, 2, 3]",
+        ("[[lights]]", "position" | "direction") => "[1, 2, 3]",
+        ("[[lights]]", "target") => "[1, 2, 5]",
+        ("[[lights]]", "angle") => "90",
+        ("[[lights]]", "blend") => "0.5",
+        ("[[lights]]", _) => "[1, 2, 3]",
         ("[[objects]]", "name") => "\"thing\"",
         ("[[objects]]", "material") => "\"m\"",
         ("[[objects]]", "transform") => "[{ scale = 2 }, { translate = [1, 2, 3] }]",
@@ -125,7 +135,42 @@ fn settings() {
     ))
     .film;
     assert_eq!((film.size, film.exposure, film.crop.unwrap().value, film.aovs.len()), ([64, 32], 2.0, [1, 2, 3, 4], 2));
-    assert_eq!(read("[environment]\nradiance = [1, 2, 3]").environment, Some(Spectrum([1.0, 2.0, 3.0])));
+    assert_eq!(
+        read("[environment]\nradiance = [1, 2, 3]").environment,
+        Some(EnvironmentRecord::Constant(Spectrum([1.0, 2.0, 3.0])))
+    );
+}
+
+#[test]
+fn environments() {
+    let environment = |name: &str| all_keys("[environment]", "[environment]", "type", name, &[]).environment.unwrap();
+    let colour = Spectrum([1.0, 2.0, 3.0]);
+    assert_eq!(environment("constant"), EnvironmentRecord::Constant(colour));
+    let gradient = EnvironmentRecord::Gradient { top: colour, horizon: colour, bottom: colour, up: UpAxis::Z };
+    assert_eq!(environment("gradient"), gradient);
+    let EnvironmentRecord::Image { file, strength, rotation, up } = environment("image") else { panic!() };
+    assert_eq!((file.value.as_path(), strength, rotation, up), (Path::new("sky.hdr"), colour, -30.0, UpAxis::Z));
+    // Without a type the other keys tell.
+    let short = |text: &str| read(&format!("[environment]\n{text}")).environment.unwrap();
+    let EnvironmentRecord::Image { strength, up: UpAxis::Y, .. } = short("image = \"a.exr\"") else { panic!() };
+    assert_eq!(strength, Spectrum::ONE);
+    let EnvironmentRecord::Gradient { horizon, bottom, .. } = short("top = 1\nhorizon = 2") else { panic!() };
+    assert_eq!((horizon, bottom), (Spectrum::splat(2.0), Spectrum::splat(2.0)));
+}
+
+#[test]
+fn lights() {
+    let light =
+        |name: &str, left_out: &[&str]| all_keys("[[lights]]", "[[lights]]", "type", name, left_out).lights[0].value;
+    let (at, colour) = (DVec3::new(1.0, 2.0, 3.0), Spectrum([1.0, 2.0, 3.0]));
+    assert_eq!(light("point", &[]), DeltaLight::Point { position: at, intensity: colour });
+    assert_eq!(light("directional", &[]), DeltaLight::Directional { direction: at, irradiance: colour });
+    let spot = |direction| {
+        let half_angle = std::f64::consts::FRAC_PI_4;
+        DeltaLight::Spot { position: at, direction, half_angle, blend: 0.5, intensity: colour }
+    };
+    assert_eq!(light("spot", &["target"]), spot(at));
+    assert_eq!(light("spot", &["direction"]), spot(DVec3::new(0.0, 0.0, 2.0)));
 }
 
 #[test]

@@ -95,7 +95,20 @@ pub static INTEGRATOR: Section = Section {
 pub static ACCELERATOR: Section = Section { name: "[accelerator]", keys: &[all("type"), of("split", &["kdtree"])] };
 
 /// Light from infinity.
-pub static ENVIRONMENT: Section = Section { name: "[environment]", keys: &[all("radiance")] };
+pub static ENVIRONMENT: Section = Section {
+    name: "[environment]",
+    keys: &[
+        all("type"),
+        of("radiance", &["constant"]),
+        of("image", &["image"]),
+        of("strength", &["image"]),
+        of("rotation", &["image"]),
+        of("top", &["gradient"]),
+        of("horizon", &["gradient"]),
+        of("bottom", &["gradient"]),
+        of("up", &["image", "gradient"]),
+    ],
+};
 
 /// A material.
 pub static MATERIAL: Section = Section {
@@ -193,7 +206,19 @@ pub static ROTATE: Section = Section { name: "rotate", keys: &[all("axis"), all(
 pub static LOOK_AT: Section = Section { name: "look_at", keys: &[all("position"), all("target"), all("up")] };
 
 /// A light without extent.
-pub static LIGHT: Section = Section { name: "[[lights]]", keys: &[all("type"), all("position"), all("intensity")] };
+pub static LIGHT: Section = Section {
+    name: "[[lights]]",
+    keys: &[
+        all("type"),
+        of("position", &["point", "spot"]),
+        of("intensity", &["point", "spot"]),
+        of("target", &["spot"]),
+        of("direction", &["spot", "directional"]),
+        of("angle", &["spot"]),
+        of("blend", &["spot"]),
+        of("irradiance", &["directional"]),
+    ],
+};
 
 /// Every section, in the order of the manual.
 pub static SECTIONS: [&Section; 19] = [
