@@ -1,7 +1,9 @@
 //! What surfaces are made of.
 
 use crate::{
-    bsdf::{Bsdf, Diffuse, Glass, Mirror, Mtl, RoughGlass, RoughMetal},
+    bsdf::{
+        Bsdf, Diffuse, Glass, Mirror, Mtl, Phong, PhongLobes, Principled, PrincipledParameters, RoughGlass, RoughMetal,
+    },
     spectrum::Spectrum,
 };
 use std::ops::RangeInclusive;
@@ -77,6 +79,11 @@ pub enum Scattering {
         /// `Ni`.
         ior: f32,
     },
+    /// Diffuse and glossy reflection and transmission, without Fresnel's equations; each channel's shares are scaled down
+    /// together where they sum to more than 1. See [`Phong`].
+    Phong(PhongLobes),
+    /// Coat and sheen over metal, opaque and clear dielectric. See [`Principled`].
+    Principled(PrincipledParameters),
     /// Scatters nothing: a pure emitter, or an invisible boundary with `opacity` 0.
     Black,
 }
@@ -96,6 +103,9 @@ pub struct Material {
 
 /// Indices of refraction, relative or of a metal, must be in this range (of a metal, either `eta` or `k`).
 pub const INDEX_RANGE: RangeInclusive<f32> = 1e-3..=1e3;
+
+/// Angles, radians, are at most this: beyond, a turn more or less would be lost in rounding.
+const MAX_ANGLE: f32 = 1e3;
 
 /// How far a sum of albedos may pass 1 by rounding.
 const ALBEDO_SLACK: f32 = 1e-5;
@@ -190,6 +200,8 @@ impl Material {
             Scattering::Mtl { diffuse, specular, alpha, transmission, ior } => {
                 Bsdf::Mtl(Mtl::new(diffuse, specular, alpha, transmission, ior))
             }
+            Scattering::Phong(lobes) => Bsdf::Phong(Phong::new(&lobes)),
+            Scattering::Principled(p) => Bsdf::Principled(Principled::new(&p)),
             Scattering::Black => Bsdf::Black,
         }
     }
@@ -230,6 +242,29 @@ impl Material {
                 check.number("alpha", alpha, 0.0..=1.0)?;
                 check.color("transmission", transmission, 1.0)?;
                 check.number("ior", ior, INDEX_RANGE)?;
+            }
+            Scattering::Phong(p) => {
+                check.color("diffuse", p.diffuse, 1.0)?;
+                check.color("specular", p.specular, 1.0)?;
+                check.number("exponent", p.exponent, 0.0..=f32::MAX)?;
+                check.color("diffuse_transmission", p.diffuse_transmission, 1.0)?;
+                check.color("transmission", p.transmission, 1.0)?;
+                check.number("transmission_exponent", p.transmission_exponent, 0.0..=f32::MAX)?;
+                check.number("ior", p.ior, INDEX_RANGE)?;
+            }
+            Scattering::Principled(p) => {
+                check.color("base_color", p.base_color, 1.0)?;
+                check.number("metallic", p.metallic, 0.0..=1.0)?;
+                check.number("roughness", p.roughness, 0.0..=1.0)?;
+                check.number("anisotropic", p.anisotropic, 0.0..=1.0)?;
+                check.number("rotation", p.rotation, -MAX_ANGLE..=MAX_ANGLE)?;
+                check.number("ior", p.ior, INDEX_RANGE)?;
+                check.number("specular", p.specular, 0.0..=1.0)?;
+                check.number("transmission", p.transmission, 0.0..=1.0)?;
+                check.number("coat", p.coat, 0.0..=1.0)?;
+                check.number("coat_roughness", p.coat_roughness, 0.0..=1.0)?;
+                check.color("sheen", p.sheen, 1.0)?;
+                check.number("sheen_roughness", p.sheen_roughness, 0.0..=1.0)?;
             }
             Scattering::Black => {}
         }
