@@ -5,6 +5,7 @@
 mod build;
 pub mod description;
 pub mod diagnostic;
+mod find_file;
 pub mod geometry;
 pub mod gzip;
 mod limits;

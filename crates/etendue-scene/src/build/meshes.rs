@@ -1,8 +1,9 @@
 //! Mesh files: each read once, whatever refers to it.
 
+use super::textures::{TextureFiles, Textures};
 use crate::{
-    Diagnostic, Diagnostics, Limits, Origin, SourceMap,
-    description::{Located, MeshSource, SceneDescription},
+    Diagnostic, Diagnostics, Limits, Origin, Severity, SourceMap,
+    description::{Located, MeshSource, SceneDescription, TextureRecord},
     mesh_file::{self, MeshFile, MeshFormat, MeshLimits},
 };
 use etendue::{
@@ -44,6 +45,7 @@ pub struct Loader<'a> {
     /// `None`: could not be read, which has been reported.
     files: BTreeMap<PathBuf, Option<MeshRef>>,
     triangles: usize,
+    textures: Textures,
     /// What was found.
     pub findings: Diagnostics,
 }
@@ -58,6 +60,7 @@ impl<'a> Loader<'a> {
             inline: BTreeMap::new(),
             files: BTreeMap::new(),
             triangles: 0,
+            textures: Textures::default(),
             findings: Diagnostics::new(),
         }
     }
@@ -114,8 +117,10 @@ impl<'a> Loader<'a> {
                 let shape = self.add(mesh, origin, parts)?;
                 let first = parts.materials.len();
                 for named in materials {
-                    self.validate(&named.material, named.origin.as_ref());
-                    parts.materials.push(named.material);
+                    // Names in a library are relative to the library.
+                    let library = named.origin.as_ref().and_then(Origin::span).map(|span| self.sources.path(span.file));
+                    let folder = library.unwrap_or(path).parent().unwrap_or(Path::new("")).to_owned();
+                    self.material(&named.material, named.origin.as_ref(), &folder, Severity::Warning, parts);
                 }
                 Some(MeshRef { shape, materials: (first..parts.materials.len()).collect() })
             }
@@ -138,8 +143,16 @@ impl<'a> Loader<'a> {
         Some(parts.shapes.len() - 1)
     }
 
-    /// Reports a material that the renderer would refuse.
-    pub fn validate(&mut self, material: &Material, origin: Option<&Origin>) {
+    /// Adds a material: its textures loaded, whose names are relative to `folder`. Reports what the renderer would refuse,
+    /// and with severity `missing` images that cannot be read.
+    pub fn material(
+        &mut self,
+        material: &Material<TextureRecord>,
+        origin: Option<&Origin>,
+        folder: &Path,
+        missing: Severity,
+        parts: &mut SceneParts,
+    ) {
         if let Err(error) = material.validate() {
             let error = Diagnostic::error(error.to_string());
             self.findings.push(match origin {
@@ -147,5 +160,10 @@ impl<'a> Loader<'a> {
                 None => error,
             });
         }
+        let mut files =
+            TextureFiles { folder, missing, sources: self.sources, limits: self.limits, findings: &mut self.findings };
+        parts
+            .materials
+            .push(material.map_textures(&mut |record, transfer| self.textures.load(record, transfer, &mut files)));
     }
 }

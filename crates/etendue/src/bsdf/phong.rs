@@ -48,23 +48,24 @@ pub struct Phong {
     inverse_total: f32,
 }
 
-/// The shares and widths of [`Phong`].
+/// The shares and widths of [`Phong`]; `C` and `N` are what colours and numbers are, see
+/// [`Scattering`](crate::material::Scattering).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PhongLobes {
-    /// `Kd` >= 0.
-    pub diffuse: Spectrum,
-    /// `Ks` >= 0.
-    pub specular: Spectrum,
+pub struct PhongLobes<C = Spectrum, N = f32> {
+    /// `Kd`, in [0, 1].
+    pub diffuse: C,
+    /// `Ks`, in [0, 1].
+    pub specular: C,
     /// Exponent of `Ks`, >= 0.
-    pub exponent: f32,
-    /// `Td` >= 0.
-    pub diffuse_transmission: Spectrum,
-    /// `Ts` >= 0.
-    pub transmission: Spectrum,
+    pub exponent: N,
+    /// `Td`, in [0, 1].
+    pub diffuse_transmission: C,
+    /// `Ts`, in [0, 1].
+    pub transmission: C,
     /// Exponent of `Ts`, >= 0.
-    pub transmission_exponent: f32,
-    /// Index of refraction behind the surface (z < 0) over that before it, > 0.
-    pub ior: f32,
+    pub transmission_exponent: N,
+    /// Index of refraction behind the surface (z < 0) over that before it.
+    pub ior: N,
 }
 
 /// f cos_i and density of a lobe of albedo 1 at `cos_a` from its axis.

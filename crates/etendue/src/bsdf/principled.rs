@@ -40,33 +40,34 @@ const COAT_F0: f32 = 0.04;
 /// Least weight of a lobe of facets, so that none that has a value has no samples.
 const LEAST: f32 = 0.01;
 
-/// The parameters of [`Principled`].
+/// The parameters of [`Principled`]; `C` and `N` are what colours and numbers are, see
+/// [`Scattering`](crate::material::Scattering).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PrincipledParameters {
+pub struct PrincipledParameters<C = Spectrum, N = f32> {
     /// Albedo of the diffuse body, normal reflectance of the metal, tint of refraction; in [0, 1].
-    pub base_color: Spectrum,
+    pub base_color: C,
     /// Share of metal, in [0, 1].
-    pub metallic: f32,
+    pub metallic: N,
     /// In [0, 1].
-    pub roughness: f32,
+    pub roughness: N,
     /// In [0, 1].
-    pub anisotropic: f32,
+    pub anisotropic: N,
     /// Radians from x towards y.
-    pub rotation: f32,
-    /// Index of refraction behind the surface (z < 0) over that before it, > 0.
-    pub ior: f32,
+    pub rotation: N,
+    /// Index of refraction behind the surface (z < 0) over that before it.
+    pub ior: N,
     /// Factor of the opaque dielectric's reflection, in [0, 1].
-    pub specular: f32,
+    pub specular: N,
     /// Share of clear dielectric in what is not metal, in [0, 1].
-    pub transmission: f32,
+    pub transmission: N,
     /// Weight of the coat, in [0, 1].
-    pub coat: f32,
+    pub coat: N,
     /// In [0, 1].
-    pub coat_roughness: f32,
+    pub coat_roughness: N,
     /// Weight of the sheen, in [0, 1].
-    pub sheen: Spectrum,
+    pub sheen: C,
     /// In [0, 1].
-    pub sheen_roughness: f32,
+    pub sheen_roughness: N,
 }
 
 /// Layers over a mixture of metal, opaque and clear dielectric, the same from both sides but for the index of refraction.

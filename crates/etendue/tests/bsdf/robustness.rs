@@ -2,7 +2,7 @@
 
 use crate::cases::{cases, random_direction};
 use etendue::{
-    bsdf::{Bsdf, BsdfEval, Density},
+    bsdf::{Bsdf, BsdfEval, Density, PhongLobes, PrincipledParameters},
     material::{Material, Scattering},
     math::{Vec3, vec3},
     spectrum::Spectrum,
@@ -41,12 +41,16 @@ fn extreme_index(rng: &mut Rng) -> f32 {
     INDICES[rng.u32() as usize % INDICES.len()]
 }
 
+fn extreme_exponent(rng: &mut Rng) -> f32 {
+    [0.0, 1e-30, 1.0, 30.0, 999.0, 1000.0, 1e9][rng.u32() as usize % 7]
+}
+
 fn extreme_material(rng: &mut Rng) -> Scattering {
     let alpha = [0.0, 9.9e-4, 1e-3, 1.1e-3, 0.01, 0.3, 1.0][rng.u32() as usize % 7];
     let ior = extreme_index(rng);
     let (a, b, c) = (extreme_color(rng), extreme_color(rng), extreme_color(rng));
     let thin = rng.u32().is_multiple_of(2);
-    match rng.u32() % 6 {
+    match rng.u32() % 8 {
         0 => Scattering::Diffuse { reflectance: a, transmittance: (Spectrum::ONE - a) * b },
         1 => Scattering::Mirror { reflectance: a },
         2 => Scattering::Glass { ior, reflection_tint: a, transmission_tint: b, thin },
@@ -55,7 +59,33 @@ fn extreme_material(rng: &mut Rng) -> Scattering {
             Scattering::RoughMetal { eta, k: a * extreme_index(rng), alpha, tint: b }
         }
         4 => Scattering::RoughGlass { ior, alpha, reflection_tint: a, transmission_tint: b },
-        _ => Scattering::Mtl { diffuse: a, specular: b, alpha, transmission: c, ior },
+        5 => Scattering::Mtl { diffuse: a, specular: b, alpha, transmission: c, ior },
+        6 => Scattering::Phong(PhongLobes {
+            diffuse: a,
+            specular: b,
+            exponent: extreme_exponent(rng),
+            diffuse_transmission: a * b,
+            transmission: c,
+            transmission_exponent: extreme_exponent(rng),
+            ior,
+        }),
+        _ => {
+            let mut unit = || [0.0, 1.0, 1e-38, 1e-10, 1e-2, rng.f32(), rng.f32()][rng.u32() as usize % 7];
+            Scattering::Principled(PrincipledParameters {
+                base_color: a,
+                metallic: unit(),
+                roughness: unit(),
+                anisotropic: unit(),
+                rotation: 4.0 * unit() - 2.0,
+                ior,
+                specular: unit(),
+                transmission: unit(),
+                coat: unit(),
+                coat_roughness: unit(),
+                sheen: b,
+                sheen_roughness: unit(),
+            })
+        }
     }
 }
 
@@ -93,16 +123,16 @@ fn nothing_breaks_at_extreme_directions() {
 fn nothing_breaks_with_extreme_parameters() {
     let mut rng = Rng::new(14);
     for _ in 0..200_000 {
-        let material =
-            Material { name: String::new(), scattering: extreme_material(&mut rng), emission: None, opacity: 1.0 };
+        let scattering = extreme_material(&mut rng);
+        let material: Material = Material::new("", scattering);
         if material.validate().is_err() {
             continue;
         }
-        let bsdf = material.bsdf();
+        let bsdf = scattering.bsdf();
         for _ in 0..4 {
             let (wo, wi) = (extreme_direction(&mut rng), extreme_direction(&mut rng));
             let u = [extreme_number(&mut rng), extreme_number(&mut rng)];
-            check(&bsdf, wo, wi, extreme_number(&mut rng), u, &material.scattering);
+            check(&bsdf, wo, wi, extreme_number(&mut rng), u, &scattering);
         }
     }
 }

@@ -1,13 +1,14 @@
 //! Materials that make no sense are refused, by name.
 
+use crate::cases::PLASTIC;
 use etendue::{
-    bsdf::Bsdf,
+    bsdf::{Bsdf, PhongLobes, PrincipledParameters},
     material::{Emission, Material, MaterialError, Scattering},
     spectrum::Spectrum,
 };
 
 fn material(scattering: Scattering) -> Material {
-    Material { name: "thing".into(), scattering, emission: None, opacity: 1.0 }
+    Material::new("thing", scattering)
 }
 
 const GREY: Spectrum = Spectrum::splat(0.5);
@@ -43,6 +44,57 @@ fn spoilt(color: Spectrum, number: f32) -> Vec<(&'static str, Scattering)> {
         ("transmission", Scattering::Mtl { diffuse: GREY, specular: GREY, alpha: 0.0, transmission: color, ior: 1.5 }),
         ("ior", Scattering::Mtl { diffuse: GREY, specular: GREY, alpha: 0.0, transmission: GREY, ior: number }),
     ]
+    .into_iter()
+    .chain(spoilt_phong(color, number))
+    .chain(spoilt_principled(color, number))
+    .collect()
+}
+
+fn spoilt_phong(color: Spectrum, number: f32) -> impl Iterator<Item = (&'static str, Scattering)> {
+    let good = PhongLobes {
+        diffuse: GREY,
+        specular: GREY,
+        exponent: 1.0,
+        diffuse_transmission: GREY,
+        transmission: GREY,
+        transmission_exponent: 1.0,
+        ior: 1.0,
+    };
+    // Any finite number may be an exponent, but for negative ones.
+    let exponent = if number == 1e9 { f32::INFINITY } else { number };
+    [
+        ("diffuse", PhongLobes { diffuse: color, ..good }),
+        ("specular", PhongLobes { specular: color, ..good }),
+        ("exponent", PhongLobes { exponent, ..good }),
+        ("diffuse_transmission", PhongLobes { diffuse_transmission: color, ..good }),
+        ("transmission", PhongLobes { transmission: color, ..good }),
+        ("transmission_exponent", PhongLobes { transmission_exponent: exponent, ..good }),
+        ("ior", PhongLobes { ior: number, ..good }),
+    ]
+    .into_iter()
+    .map(|(name, lobes)| (name, Scattering::Phong(lobes)))
+}
+
+fn spoilt_principled(color: Spectrum, number: f32) -> impl Iterator<Item = (&'static str, Scattering)> {
+    let good = PLASTIC;
+    // Small negative angles are good ones.
+    let rotation = if number == -0.1 { -1e9 } else { number };
+    [
+        ("base_color", PrincipledParameters { base_color: color, ..good }),
+        ("metallic", PrincipledParameters { metallic: number, ..good }),
+        ("roughness", PrincipledParameters { roughness: number, ..good }),
+        ("anisotropic", PrincipledParameters { anisotropic: number, ..good }),
+        ("rotation", PrincipledParameters { rotation, ..good }),
+        ("ior", PrincipledParameters { ior: number, ..good }),
+        ("specular", PrincipledParameters { specular: number, ..good }),
+        ("transmission", PrincipledParameters { transmission: number, ..good }),
+        ("coat", PrincipledParameters { coat: number, ..good }),
+        ("coat_roughness", PrincipledParameters { coat_roughness: number, ..good }),
+        ("sheen", PrincipledParameters { sheen: color, ..good }),
+        ("sheen_roughness", PrincipledParameters { sheen_roughness: number, ..good }),
+    ]
+    .into_iter()
+    .map(|(name, parameters)| (name, Scattering::Principled(parameters)))
 }
 
 #[test]
@@ -89,12 +141,12 @@ fn albedos_that_sum_above_one_are_refused() {
 fn emission_and_opacity_are_checked() {
     for (radiance, ok) in [(0.0, true), (1e30, true), (-1.0, false), (f32::NAN, false), (f32::INFINITY, false)] {
         let mut lamp = material(Scattering::Black);
-        lamp.emission = Some(Emission { radiance: Spectrum([1.0, radiance, 1.0]), two_sided: false });
+        lamp.emission = Some(Emission { radiance: Spectrum([1.0, radiance, 1.0]).into(), two_sided: false });
         assert_eq!(lamp.validate().map_err(|e| e.parameter()), if ok { Ok(()) } else { Err("radiance") });
     }
     for (opacity, ok) in [(0.0, true), (1.0, true), (1.1, false), (-0.1, false), (f32::NAN, false)] {
         let mut veil = material(Scattering::Black);
-        veil.opacity = opacity;
+        veil.opacity = opacity.into();
         assert_eq!(veil.validate().map_err(|e| e.parameter()), if ok { Ok(()) } else { Err("opacity") });
     }
 }
@@ -104,20 +156,21 @@ fn emission_and_opacity_are_checked() {
 fn limits_of_the_models() {
     let rough = |ior, alpha| {
         let one = Spectrum::ONE;
-        material(Scattering::RoughGlass { ior, alpha, reflection_tint: one, transmission_tint: one }).bsdf()
+        Scattering::RoughGlass { ior, alpha, reflection_tint: one, transmission_tint: one }.bsdf()
     };
     assert!(matches!(rough(1.5, 1e-3), Bsdf::RoughGlass(_)));
     assert!(matches!(rough(1.5, 0.9e-3), Bsdf::Glass(_)));
     assert!(matches!(rough(1.0, 0.5), Bsdf::Glass(_)));
     assert!(matches!(rough(1.000_1, 0.5), Bsdf::Glass(_)));
     assert!(matches!(rough(1.001, 0.5), Bsdf::RoughGlass(_)));
-    let mtl = material(Scattering::Mtl {
+    let mtl = Scattering::Mtl {
         diffuse: Spectrum([0.8, 0.5, 0.1]),
         specular: Spectrum([0.8, 0.5, 0.1]),
         alpha: 0.0,
         transmission: Spectrum([0.4, 0.0, 0.1]),
         ior: 1.0,
-    });
+    }
+    .bsdf();
     let [r, g, b] = mtl.albedo().0;
     assert!((r - 1.0).abs() < 1e-6 && (g - 1.0).abs() < 1e-6 && (b - 0.3).abs() < 1e-6);
     assert!(!mtl.is_delta() && !mtl.transmits());
