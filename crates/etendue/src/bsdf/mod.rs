@@ -83,6 +83,9 @@ trait Scatter {
     fn is_delta(&self) -> bool;
     fn transmits(&self) -> bool;
     fn albedo(&self) -> Spectrum;
+    fn is_anisotropic(&self) -> bool {
+        false
+    }
 }
 
 /// How a point of a surface scatters: what a [`Material`](crate::material::Material) becomes once its parameters are
@@ -152,6 +155,13 @@ impl Bsdf {
     #[inline]
     pub fn transmits(&self) -> bool {
         dispatch!(self, b => b.transmits())
+    }
+
+    /// True if it looks different when the surface is turned about its normal, so that the frame's x must be along the
+    /// surface's tangent.
+    #[inline]
+    pub fn is_anisotropic(&self) -> bool {
+        dispatch!(self, b => b.is_anisotropic())
     }
 
     /// Share of light from along the normal that is scattered, per channel, in [0, 1]; of rough surfaces that of their

@@ -148,12 +148,6 @@ impl Principled {
         }
     }
 
-    /// True if it looks different when it is turned about the normal.
-    #[inline]
-    pub fn is_anisotropic(&self) -> bool {
-        self.alpha[0] != self.alpha[1]
-    }
-
     /// Into the frame whose x is the turned tangent.
     #[inline]
     fn turned(&self, v: Vec3) -> Vec3 {
@@ -209,7 +203,7 @@ impl Principled {
     fn kept(&self, facets: impl Fn(Width) -> Facets) -> f32 {
         let of = |width| facets(width).at(self.f0);
         let [a, b] = self.widths;
-        self.specular * if self.is_anisotropic() { of(a).max(of(b)) } else { of(a) }
+        self.specular * if a != b { of(a).max(of(b)) } else { of(a) }
     }
 
     #[inline]
@@ -453,5 +447,10 @@ impl Scatter for Principled {
         });
         (base + self.sheen * (layers.past_coat * layers.sheen.min(1.0)) + Spectrum::splat(layers.coat))
             .map(|share| share.min(1.0))
+    }
+
+    #[inline]
+    fn is_anisotropic(&self) -> bool {
+        self.ggx().is_some_and(|ggx| ggx.is_anisotropic())
     }
 }

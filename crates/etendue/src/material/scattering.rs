@@ -43,8 +43,9 @@ pub enum Scattering<C = Spectrum, N = f32> {
         eta: C,
         /// Imaginary part.
         k: C,
-        /// GGX alpha, in [0, 1]; below [`ALPHA_MIN`](crate::bsdf::ggx::ALPHA_MIN) the metal is smooth.
-        alpha: N,
+        /// GGX alpha along the tangent (u) and across, in [0, 1]; with both below
+        /// [`ALPHA_MIN`](crate::bsdf::ggx::ALPHA_MIN) the metal is smooth.
+        alpha: [N; 2],
         /// Multiplies the reflection.
         tint: C,
     },
@@ -121,7 +122,7 @@ impl<C, N> Scattering<C, N> {
             Self::RoughMetal { eta, k, alpha, tint } => Scattering::RoughMetal {
                 eta: color("eta", METAL, eta)?,
                 k: color("k", METAL, k)?,
-                alpha: number("alpha", UNIT, alpha)?,
+                alpha: [number("alpha", UNIT, &alpha[0])?, number("alpha", UNIT, &alpha[1])?],
                 tint: color("tint", UNIT, tint)?,
             },
             Self::RoughGlass { ior, alpha, reflection_tint, transmission_tint } => Scattering::RoughGlass {
@@ -219,7 +220,7 @@ impl Scattering {
             Self::Glass { ior, reflection_tint, transmission_tint, thin } => {
                 Bsdf::Glass(Glass::new(ior, reflection_tint, transmission_tint, thin))
             }
-            Self::RoughMetal { eta, k, alpha, tint } => Bsdf::RoughMetal(RoughMetal::new(eta, k, [alpha; 2], tint)),
+            Self::RoughMetal { eta, k, alpha, tint } => Bsdf::RoughMetal(RoughMetal::new(eta, k, alpha, tint)),
             Self::RoughGlass { ior, alpha, reflection_tint, transmission_tint } => {
                 match RoughGlass::new(ior, [alpha; 2], reflection_tint, transmission_tint) {
                     Ok(rough) => Bsdf::RoughGlass(rough),

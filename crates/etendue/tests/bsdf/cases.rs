@@ -112,12 +112,20 @@ pub fn cases() -> Vec<Case> {
             }
         }
     }
-    for (name, alpha) in [("gold", 0.3), ("silver", 0.05), ("chromium", 1.0), ("copper", 0.01), ("aluminium", 0.0)] {
+    for (name, alpha) in [
+        ("gold", [0.3, 0.3]),
+        ("silver", [0.05, 0.05]),
+        ("chromium", [1.0, 1.0]),
+        ("copper", [0.01, 0.01]),
+        ("iron", [0.6, 0.2]),
+        ("nickel", [0.0, 0.4]),
+        ("aluminium", [0.0, 0.0]),
+    ] {
         let metal = metals::find(name).unwrap();
         let scattering = Scattering::RoughMetal { eta: metal.eta, k: metal.k, alpha, tint: rgb(1.0, 0.9, 0.8) };
-        cases.push(Case::new(format!("rough metal {name} {alpha}"), scattering, false));
+        cases.push(Case::new(format!("rough metal {name} {alpha:?}"), scattering, false));
     }
-    let lossless_metal = Scattering::RoughMetal { eta: black, k: Spectrum::splat(2.0), alpha: 0.0, tint: one };
+    let lossless_metal = Scattering::RoughMetal { eta: black, k: Spectrum::splat(2.0), alpha: [0.0; 2], tint: one };
     cases.push(Case::new("rough metal without loss", lossless_metal, true));
     for (ior, alpha) in [(1.5, 0.2), (1.5, 0.6), (1.33, 0.02), (0.6, 0.3), (2.0, 1.0), (1.1, 0.3)] {
         for (what, reflection_tint, transmission_tint) in
@@ -238,7 +246,7 @@ fn principled_cases(cases: &mut Vec<Case>) {
                 specular: 0.8,
                 transmission: 0.4,
                 coat: 0.6,
-                coat_roughness: 0.2,
+                coat_roughness: 0.5,
                 sheen: rgb(0.1, 0.4, 0.8),
                 sheen_roughness: 0.6,
             },

@@ -41,12 +41,16 @@ fn extreme_index(rng: &mut Rng) -> f32 {
     INDICES[rng.u32() as usize % INDICES.len()]
 }
 
+fn extreme_alpha(rng: &mut Rng) -> f32 {
+    [0.0, 9.9e-4, 1e-3, 1.1e-3, 0.01, 0.3, 1.0][rng.u32() as usize % 7]
+}
+
 fn extreme_exponent(rng: &mut Rng) -> f32 {
     [0.0, 1e-30, 1.0, 30.0, 999.0, 1000.0, 1e9][rng.u32() as usize % 7]
 }
 
 fn extreme_material(rng: &mut Rng) -> Scattering {
-    let alpha = [0.0, 9.9e-4, 1e-3, 1.1e-3, 0.01, 0.3, 1.0][rng.u32() as usize % 7];
+    let alpha = extreme_alpha(rng);
     let ior = extreme_index(rng);
     let (a, b, c) = (extreme_color(rng), extreme_color(rng), extreme_color(rng));
     let thin = rng.u32().is_multiple_of(2);
@@ -56,7 +60,7 @@ fn extreme_material(rng: &mut Rng) -> Scattering {
         2 => Scattering::Glass { ior, reflection_tint: a, transmission_tint: b, thin },
         3 => {
             let eta = Spectrum([ior, extreme_index(rng), extreme_index(rng)]);
-            Scattering::RoughMetal { eta, k: a * extreme_index(rng), alpha, tint: b }
+            Scattering::RoughMetal { eta, k: a * extreme_index(rng), alpha: [alpha, extreme_alpha(rng)], tint: b }
         }
         4 => Scattering::RoughGlass { ior, alpha, reflection_tint: a, transmission_tint: b },
         5 => Scattering::Mtl { diffuse: a, specular: b, alpha, transmission: c, ior },

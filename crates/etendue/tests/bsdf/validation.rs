@@ -26,8 +26,9 @@ fn spoilt(color: Spectrum, number: f32) -> Vec<(&'static str, Scattering)> {
             "transmission_tint",
             Scattering::Glass { ior: 1.5, reflection_tint: one, transmission_tint: color, thin: true },
         ),
-        ("alpha", Scattering::RoughMetal { eta: GREY, k: one, alpha: number, tint: one }),
-        ("tint", Scattering::RoughMetal { eta: GREY, k: one, alpha: 0.1, tint: color }),
+        ("alpha", Scattering::RoughMetal { eta: GREY, k: one, alpha: [number, 0.1], tint: one }),
+        ("alpha", Scattering::RoughMetal { eta: GREY, k: one, alpha: [0.1, number], tint: one }),
+        ("tint", Scattering::RoughMetal { eta: GREY, k: one, alpha: [0.1; 2], tint: color }),
         ("ior", Scattering::RoughGlass { ior: number, alpha: 0.1, reflection_tint: one, transmission_tint: one }),
         ("alpha", Scattering::RoughGlass { ior: 1.5, alpha: number, reflection_tint: one, transmission_tint: one }),
         (
@@ -113,7 +114,7 @@ fn numbers_out_of_range_are_named() {
 
 #[test]
 fn metals_need_an_index() {
-    let metal = |eta, k| material(Scattering::RoughMetal { eta, k, alpha: 0.1, tint: Spectrum::ONE });
+    let metal = |eta, k| material(Scattering::RoughMetal { eta, k, alpha: [0.1; 2], tint: Spectrum::ONE });
     assert_eq!(metal(Spectrum::BLACK, Spectrum::ONE).validate(), Ok(()));
     assert_eq!(metal(Spectrum::ONE, Spectrum::BLACK).validate(), Ok(()));
     for (eta, k, name) in [
