@@ -1,6 +1,7 @@
 //! Every key of every type reads, and a description holds what was written.
 
 use etendue::{
+    bsdf::{PhongLobes, PrincipledParameters},
     material::{Relief, Scattering},
     math::DVec3,
     scene::DeltaLight,
@@ -56,7 +57,11 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "normal_scale") => "0.5",
         ("[materials.NAME]", "metal") => "\"gold\"",
         ("[materials.NAME]", "ior") => "1.25",
-        ("[materials.NAME]", "opacity" | "alpha") => "0.5",
+        ("[materials.NAME]", "opacity" | "alpha" | "specular" | "transmission") => "0.5",
+        ("[materials.NAME]", "exponent" | "transmission_exponent") => "50",
+        ("[materials.NAME]", "metallic" | "roughness" | "anisotropic" | "coat" | "coat_roughness") => "0.25",
+        ("[materials.NAME]", "rotation") => "90",
+        ("[materials.NAME]", "sheen_roughness") => "0.75",
         ("[materials.NAME]", _) => "[0.25, 0.5, 0.125]",
         ("[environment]", "image") => "\"sky.hdr\"",
         ("[environment]", "rotation") => "-30",
@@ -182,7 +187,7 @@ fn film_with_every_key() {
 
 #[test]
 fn materials() {
-    for name in ["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "black"] {
+    for name in ["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "phong", "principled", "black"] {
         let left_out: &[&str] = if name == "rough-metal" { &["bump", "metal"] } else { &["bump"] };
         let scene = all_keys("[materials.NAME]", "[materials.m]", "type", name, left_out);
         let material = &scene.materials[0].material;
@@ -199,7 +204,7 @@ fn materials() {
         &["eta", "k", "normal_map", "normal_scale"],
     );
     let Scattering::RoughMetal { alpha, .. } = &scene.materials[0].material.scattering else { panic!() };
-    assert_eq!(alpha.factor, 0.5);
+    assert_eq!(alpha.each_ref().map(|a| a.factor), [0.5; 2]);
     let Some(Relief::Bump { height }) = &scene.materials[0].material.relief else { panic!() };
     assert_eq!((height.factor, height.texture.as_ref().unwrap().file.value.as_path()), (0.01, Path::new("h.png")));
     let scene = read(
@@ -211,6 +216,42 @@ fn materials() {
     assert!((reflectance[2] - 0.215_86).abs() < 1e-5);
     assert_eq!(scene.materials[0].material.emission.as_ref().unwrap().radiance, Spectrum::splat(3.0).into());
     assert_eq!(scene.materials[1].material.name, "Z z");
+}
+
+#[test]
+fn mixtures() {
+    let metal = read("[materials.m]\ntype = \"rough-metal\"\nmetal = \"iron\"\nalpha = [0.1, { file = \"a.png\" }]");
+    let Scattering::RoughMetal { alpha: [along, across], .. } = &metal.materials[0].material.scattering else {
+        panic!()
+    };
+    assert_eq!((along, across.texture.is_some()), (&0.1.into(), true));
+    let of = |name| all_keys("[materials.NAME]", "[materials.m]", "type", name, &["bump"]);
+    let (color, half) = (Spectrum([0.25, 0.5, 0.125]), Spectrum::splat(0.5));
+    let lobes = PhongLobes {
+        diffuse: color,
+        specular: half,
+        exponent: 50.0,
+        diffuse_transmission: color,
+        transmission: half,
+        transmission_exponent: 50.0,
+        ior: 1.25,
+    };
+    assert_eq!(of("phong").materials[0].material.scattering, Scattering::Phong(lobes).into());
+    let parameters = PrincipledParameters {
+        base_color: color,
+        metallic: 0.25,
+        roughness: 0.25,
+        anisotropic: 0.25,
+        rotation: 90f32.to_radians(),
+        ior: 1.25,
+        specular: 0.5,
+        transmission: 0.5,
+        coat: 0.25,
+        coat_roughness: 0.25,
+        sheen: color,
+        sheen_roughness: 0.75,
+    };
+    assert_eq!(of("principled").materials[0].material.scattering, Scattering::Principled(parameters).into());
 }
 
 #[test]
