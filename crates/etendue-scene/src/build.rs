@@ -1,10 +1,11 @@
 //! From a description to what the renderer takes: mesh files loaded, names resolved, transforms composed.
 
 mod meshes;
+mod textures;
 mod view;
 
 use crate::{
-    Diagnostic, Diagnostics, Limits, SourceMap,
+    Diagnostic, Diagnostics, Limits, Severity, SourceMap,
     description::{Located, ObjectRecord, SceneDescription, ShapeRecord, Step},
     geometry,
 };
@@ -138,8 +139,8 @@ impl<'a> Builder<'a> {
             limits,
         };
         for record in materials {
-            builder.loader.validate(&record.material, Some(&record.origin));
-            builder.parts.materials.push(record.material.clone());
+            let (folder, parts) = (&description.folder, &mut builder.parts);
+            builder.loader.material(&record.material, Some(&record.origin), folder, Severity::Error, parts);
         }
         builder
     }

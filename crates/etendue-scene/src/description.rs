@@ -10,6 +10,7 @@ use etendue::{
     sampling::{Filter, Sampler},
     scene::{Mesh, PointLight},
     spectrum::Spectrum,
+    texture::{Mapping, Transfer},
     tonemap::ToneCurve,
 };
 use etendue_accel::AcceleratorKind;
@@ -150,9 +151,20 @@ pub struct IntegratorRecord {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialRecord {
     /// The material, with its name.
-    pub material: Material,
+    pub material: Material<TextureRecord>,
     /// Where its name is.
     pub origin: Origin,
+}
+
+/// An image on a surface, by its file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextureRecord {
+    /// The file; relative to [`SceneDescription::folder`], or in a material library to the library's folder.
+    pub file: Located<PathBuf>,
+    /// What stored colour means; absent: sRGB where a colour is wanted, linear where data is.
+    pub transfer: Option<Transfer>,
+    /// How texture coordinates become texels, and texels values.
+    pub mapping: Mapping,
 }
 
 /// Shared geometry.

@@ -1,7 +1,8 @@
 //! What a mesh file holds, whatever its format, and reading one by its path.
 
 use crate::{
-    Diagnostic, Diagnostics, FileId, Origin, SourceError, SourceMap, Span, find_file::find_file, gzip, obj, ply,
+    Diagnostic, Diagnostics, FileId, Origin, SourceError, SourceMap, Span, description::TextureRecord,
+    find_file::find_file, gzip, obj, ply,
 };
 use etendue::{
     material::{Material, Scattering},
@@ -48,7 +49,7 @@ pub struct NamedMaterial {
     /// As in the file; empty for faces that name none in a file where others do.
     pub name: String,
     /// What it means here. A name that nothing defines gets [`MeshFile::default_material`].
-    pub material: Material,
+    pub material: Material<TextureRecord>,
     /// Where it is defined; if it is not, where it is first used.
     pub origin: Option<Origin>,
 }
@@ -85,13 +86,8 @@ impl MeshFile {
     }
 
     /// What faces without a (known) material are made of: grey, half of the light reflected.
-    pub fn default_material(name: &str) -> Material {
-        Material {
-            name: name.to_owned(),
-            scattering: Scattering::Diffuse { reflectance: Spectrum::splat(0.5), transmittance: Spectrum::BLACK },
-            emission: None,
-            opacity: 1.0,
-        }
+    pub fn default_material(name: &str) -> Material<TextureRecord> {
+        Material::new(name, Scattering::Diffuse { reflectance: Spectrum::splat(0.5), transmittance: Spectrum::BLACK })
     }
 }
 

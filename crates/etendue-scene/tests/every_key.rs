@@ -1,6 +1,11 @@
 //! Every key of every type reads, and a description holds what was written.
 
-use etendue::{material::Scattering, math::DVec3, spectrum::Spectrum};
+use etendue::{
+    material::{Relief, Scattering},
+    math::DVec3,
+    spectrum::Spectrum,
+    texture::{Channel, Filtering, Transfer, Wrap},
+};
 use etendue_scene::{
     SourceMap,
     description::{Lens, SceneDescription, ShapeRecord, Step, View},
@@ -44,6 +49,9 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[accelerator]", "split") => "\"midpoint\"",
         ("[materials.NAME]", "emission") => "{ radiance = [1, 2, 3], two_sided = true }",
         ("[materials.NAME]", "thin") => "true",
+        ("[materials.NAME]", "bump") => "{ file = \"h.png\", factor = 0.01 }",
+        ("[materials.NAME]", "normal_map") => "{ file = \"n.png\" }",
+        ("[materials.NAME]", "normal_scale") => "0.5",
         ("[materials.NAME]", "metal") => "\"gold\"",
         ("[materials.NAME]", "ior") => "1.25",
         ("[materials.NAME]", "opacity" | "alpha") => "0.5",
@@ -129,23 +137,59 @@ fn film_with_every_key() {
 #[test]
 fn materials() {
     for name in ["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "black"] {
-        let left_out: &[&str] = if name == "rough-metal" { &["metal"] } else { &[] };
+        let left_out: &[&str] = if name == "rough-metal" { &["bump", "metal"] } else { &["bump"] };
         let scene = all_keys("[materials.NAME]", "[materials.m]", "type", name, left_out);
         let material = &scene.materials[0].material;
-        assert_eq!((material.name.as_str(), material.opacity), ("m", 0.5));
-        let emission = material.emission.unwrap();
-        assert_eq!((emission.radiance, emission.two_sided), (Spectrum([1.0, 2.0, 3.0]), true));
+        assert_eq!((material.name.as_str(), &material.opacity), ("m", &0.5.into()));
+        let emission = material.emission.as_ref().unwrap();
+        assert_eq!((&emission.radiance, emission.two_sided), (&Spectrum([1.0, 2.0, 3.0]).into(), true));
+        assert!(matches!(&material.relief, Some(Relief::Normals { scale: 0.5, .. })));
     }
-    let scene = all_keys("[materials.NAME]", "[materials.m]", "type", "rough-metal", &["eta", "k"]);
-    assert!(matches!(scene.materials[0].material.scattering, Scattering::RoughMetal { alpha: 0.5, .. }));
+    let scene = all_keys(
+        "[materials.NAME]",
+        "[materials.m]",
+        "type",
+        "rough-metal",
+        &["eta", "k", "normal_map", "normal_scale"],
+    );
+    let Scattering::RoughMetal { alpha, .. } = &scene.materials[0].material.scattering else { panic!() };
+    assert_eq!(alpha.factor, 0.5);
+    let Some(Relief::Bump { height }) = &scene.materials[0].material.relief else { panic!() };
+    assert_eq!((height.factor, height.texture.as_ref().unwrap().file.value.as_path()), (0.01, Path::new("h.png")));
     let scene = read(
         "[materials.a]\ntype = \"diffuse\"\nreflectance = \"#ff0080\"\nemission = 3\n[materials.\"Z z\"]\ntype = \"glass\"",
     );
-    let Scattering::Diffuse { reflectance, .. } = scene.materials[0].material.scattering else { panic!() };
+    let Scattering::Diffuse { reflectance, .. } = &scene.materials[0].material.scattering else { panic!() };
+    let reflectance = reflectance.factor;
     assert_eq!((reflectance[0], reflectance[1]), (1.0, 0.0));
     assert!((reflectance[2] - 0.215_86).abs() < 1e-5);
-    assert_eq!(scene.materials[0].material.emission.unwrap().radiance, Spectrum::splat(3.0));
+    assert_eq!(scene.materials[0].material.emission.as_ref().unwrap().radiance, Spectrum::splat(3.0).into());
     assert_eq!(scene.materials[1].material.name, "Z z");
+}
+
+#[test]
+fn textures() {
+    let scene = read(
+        "[materials.m]\ntype = \"diffuse\"\nreflectance = { texture = \"t\", factor = [2, 1, 0.5] }\n\
+         opacity = { texture = \"u\" }\nemission = { radiance = { file = \"e.exr\" } }\n\
+         [textures.t]\nfile = \"a b.png\"\nencoding = \"linear\"\nchannel = \"red\"\nfilter = \"nearest\"\n\
+         wrap = [\"mirror\", \"clamp\"]\nscale = [2, 4]\nrotate = 90\noffset = [0.25, 0.5]\ngain = -1\nbase = 1\n\
+         [textures.u]\nfile = \"u.png\"\nwrap = \"black\"\nchannel = \"alpha\"",
+    );
+    let material = &scene.materials[0].material;
+    let Scattering::Diffuse { reflectance, .. } = &material.scattering else { panic!() };
+    assert_eq!(reflectance.factor, Spectrum([2.0, 1.0, 0.5]));
+    let t = reflectance.texture.as_ref().unwrap();
+    assert_eq!((t.file.value.as_path(), t.transfer), (Path::new("a b.png"), Some(Transfer::Linear)));
+    let m = &t.mapping;
+    assert_eq!((m.channel, m.filtering, m.wrap), (Channel::Red, Filtering::Nearest, [Wrap::Mirror, Wrap::Clamp]));
+    assert_eq!((m.gain, m.base), (-1.0, 1.0));
+    let turned = m.transform.apply(etendue::math::vec2(1.0, 0.0));
+    assert!((turned.x - 0.25).abs() < 1e-6 && (turned.y - 2.5).abs() < 1e-6, "{turned}");
+    let u = material.opacity.texture.as_ref().unwrap();
+    assert_eq!((u.transfer, u.mapping.channel, u.mapping.wrap), (None, Channel::Alpha, [Wrap::Black; 2]));
+    let emission = material.emission.as_ref().unwrap();
+    assert_eq!(emission.radiance.texture.as_ref().unwrap().file.value.as_path(), Path::new("e.exr"));
 }
 
 #[test]

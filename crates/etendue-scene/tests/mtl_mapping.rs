@@ -4,10 +4,10 @@ use etendue::{
     material::{Emission, Material, Scattering},
     spectrum::Spectrum,
 };
-use etendue_scene::{Severity, SourceMap, mtl};
+use etendue_scene::{Severity, SourceMap, description::TextureRecord, mtl};
 
 /// The material of `newmtl m` with these keys, and what was said about it.
-fn read(keys: &str) -> (Material, Vec<String>) {
+fn read(keys: &str) -> (Material<TextureRecord>, Vec<String>) {
     let text = format!("newmtl m\n{}\n", keys.replace("; ", "\n"));
     let mut sources = SourceMap::new();
     let file = sources.insert("m.mtl", text.into_bytes()).unwrap();
@@ -64,7 +64,7 @@ fn scattering() {
         ("Kd 2 2 2", diffuse(1.0)),
         ("Kd -1; Ks 0", Scattering::Black),
     ] {
-        assert_eq!(read(keys).0.scattering, expected, "{keys}");
+        assert_eq!(read(keys).0.scattering, expected.into(), "{keys}");
     }
 }
 
@@ -80,9 +80,9 @@ fn opacity_and_emission() {
         ("d 7", 1.0),
         ("d 0.25; illum 7", 1.0),
     ] {
-        assert_eq!(read(keys).0.opacity, expected, "{keys}");
+        assert_eq!(read(keys).0.opacity, expected.into(), "{keys}");
     }
-    let emits = |r, g, b| Some(Emission { radiance: Spectrum([r, g, b]), two_sided: true });
+    let emits = |r, g, b| Some(Emission { radiance: Spectrum([r, g, b]).into(), two_sided: true });
     for (keys, expected) in [
         ("Kd 1", None),
         ("Ke 0 0 0", None),
@@ -95,7 +95,7 @@ fn opacity_and_emission() {
         assert_eq!(read(keys).0.emission, expected, "{keys}");
     }
     assert_eq!(read("Ke 1").0.scattering, Scattering::Black);
-    assert_eq!(read("Ke 1; Kd 0.25").0.scattering, diffuse(0.25));
+    assert_eq!(read("Ke 1; Kd 0.25").0.scattering, diffuse(0.25).into());
 }
 
 #[test]

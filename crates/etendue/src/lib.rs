@@ -16,4 +16,5 @@ pub mod sampling;
 pub mod scene;
 pub mod spectrum;
 pub mod surface;
+pub mod texture;
 pub mod tonemap;

@@ -1,7 +1,7 @@
 //! The full surface point, made once per hit after traversal.
 
 use crate::{
-    math::{Vec2, Vec3, acos, atan2, vec2},
+    math::{Vec2, Vec3, acos, atan2, vec2, vec3},
     scene::{Placement, Primitives},
 };
 use etendue_accel::{Hit, PrimitiveId, Ray, Transform};
@@ -75,28 +75,69 @@ pub(crate) fn surface_point(placement: &Placement, ray: &Ray, hit: &Hit) -> Surf
     }
 }
 
-/// Texture coordinates of a hit: the mesh's own, else barycentric weights of the second and third vertex; for spheres
-/// longitude and latitude in [0, 1], y up.
+/// Texture coordinates about a point, and how the point moves with them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chart {
+    /// Texture coordinates: the mesh's own, else barycentric weights of the second and third vertex; for spheres longitude
+    /// and latitude in [0, 1], y up.
+    pub uv: Vec2,
+    /// Change of position, world space, metres, for a unit of u.
+    pub dpdu: Vec3,
+    /// The same for v.
+    pub dpdv: Vec3,
+}
+
+impl Chart {
+    /// The direction of growing u within the plane that the unit vector `normal` is perpendicular to; `None` where there is
+    /// none.
+    #[inline]
+    pub fn tangent(&self, normal: Vec3) -> Option<Vec3> {
+        (self.dpdu - normal * normal.dot(self.dpdu)).try_normalize()
+    }
+}
+
+/// Texture coordinates of a hit.
 #[inline]
 pub(crate) fn texture_coordinates(placement: &Placement, point: &SurfacePoint, hit: &Hit) -> Vec2 {
     match &placement.primitives {
-        Primitives::Mesh(mesh) => match &mesh.uvs {
+        Primitives::Mesh(mesh) => match mesh.corner_uvs(hit.id.primitive) {
             None => vec2(hit.u, hit.v),
-            Some(uvs) => {
-                let [a, b, c] = mesh.indices[hit.id.primitive as usize].map(|i| Vec2::from(uvs[i as usize]));
-                a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v
-            }
+            Some([a, b, c]) => a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v,
         },
         Primitives::Sphere { center, radius } => {
-            let local = match &placement.transform {
-                None => point.position,
-                Some(t) => Vec3::from(t.point_to_object(point.position.into())),
-            };
-            let d = (local - *center) / *radius;
+            let d = (on_sphere(placement, point) - *center) / *radius;
             let longitude = atan2(-d.z, d.x) * (0.5 / PI);
             vec2(if longitude < 0.0 { longitude + 1.0 } else { longitude }, acos(-d.y.clamp(-1.0, 1.0)) / PI)
         }
     }
+}
+
+/// A sphere's point in the sphere's own space.
+#[inline]
+fn on_sphere(placement: &Placement, point: &SurfacePoint) -> Vec3 {
+    match &placement.transform {
+        None => point.position,
+        Some(t) => Vec3::from(t.point_to_object(point.position.into())),
+    }
+}
+
+/// Texture coordinates of a hit with their directions.
+pub(crate) fn chart(placement: &Placement, point: &SurfacePoint, hit: &Hit) -> Chart {
+    let (dpdu, dpdv) = match &placement.primitives {
+        Primitives::Mesh(mesh) => mesh.tangents(hit.id.primitive),
+        Primitives::Sphere { center, .. } => {
+            let d = on_sphere(placement, point) - *center;
+            // u turns about y; v goes from the south pole to the north pole.
+            let ring = vec2(d.x, d.z).length();
+            let up = if ring > 0.0 { vec3(-d.x * d.y / ring, ring, -d.z * d.y / ring) } else { Vec3::ZERO };
+            (vec3(d.z, 0.0, -d.x) * (2.0 * PI), up * PI)
+        }
+    };
+    let to_world = |v: Vec3| match &placement.transform {
+        None => v,
+        Some(t) => Vec3::from(t.vector_to_world(v.into())),
+    };
+    Chart { uv: texture_coordinates(placement, point, hit), dpdu: to_world(dpdu), dpdv: to_world(dpdv) }
 }
 
 /// A point in some space, before it is known what it is made of.
@@ -143,6 +184,23 @@ pub(crate) struct MeshData {
 }
 
 impl MeshData {
+    /// Texture coordinates of a face's corners.
+    #[inline]
+    fn corner_uvs(&self, face: u32) -> Option<[Vec2; 3]> {
+        let uvs = self.uvs.as_ref()?;
+        Some(self.indices[face as usize].map(|i| Vec2::from(uvs[i as usize])))
+    }
+
+    /// Change of position with texture coordinates on a face; zero where they do not tell.
+    fn tangents(&self, face: u32) -> (Vec3, Vec3) {
+        let [a, b, c] = self.indices[face as usize].map(|i| Vec3::from(self.positions[i as usize]));
+        let [ta, tb, tc] = self.corner_uvs(face).unwrap_or([Vec2::ZERO, Vec2::X, Vec2::Y]);
+        let ((e1, e2), (d1, d2)) = ((b - a, c - a), (tb - ta, tc - ta));
+        let determinant = d1.x * d2.y - d1.y * d2.x;
+        let (dpdu, dpdv) = ((e1 * d2.y - e2 * d1.y) / determinant, (e2 * d1.x - e1 * d2.x) / determinant);
+        if dpdu.is_finite() && dpdv.is_finite() { (dpdu, dpdv) } else { (Vec3::ZERO, Vec3::ZERO) }
+    }
+
     #[inline]
     fn point(&self, hit: &Hit) -> LocalPoint {
         let corners = self.indices[hit.id.primitive as usize];

@@ -24,7 +24,7 @@ fn parts() -> SceneParts {
     let glass =
         parts.material(Scattering::Glass { ior: 1.5, reflection_tint: tint, transmission_tint: tint, thin: false });
     let veil = parts.diffuse([0.2, 0.5, 0.3]);
-    parts.0.materials[veil].opacity = 0.6;
+    parts.0.materials[veil].opacity = 0.6.into();
     parts.rectangle(dvec3(-4.0, -1.0, -4.0), dvec3(0.0, 0.0, 8.0), dvec3(8.0, 0.0, 0.0), white);
     parts.sphere(dvec3(-0.8, -0.3, 0.0), 0.7, glass);
     parts.rectangle(dvec3(-1.0, 2.0, -1.0), dvec3(2.0, 0.0, 0.0), dvec3(0.0, 0.0, 2.0), light);

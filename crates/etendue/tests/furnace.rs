@@ -146,7 +146,7 @@ fn half_transparent_bodies_vanish_under_a_white_sky() {
     for (scale, shift) in PLACES {
         let (mut parts, at) = (Parts::default(), dvec3(shift, 0.0, 0.0));
         let material = parts.diffuse([1.0; 3]);
-        parts.0.materials[material].opacity = 0.4;
+        parts.0.materials[material].opacity = 0.4.into();
         for (i, body) in [ball(2), unit_sphere(), cube(false)].into_iter().enumerate() {
             let shape = parts.shape(body);
             let to = DAffine3::from_translation(at + scale * dvec3(1.2 * i as f64 - 1.2, 0.0, 0.0));

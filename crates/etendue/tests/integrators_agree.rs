@@ -141,7 +141,7 @@ fn ellipsoids() -> (Scene, CameraSettings) {
     let glow = parts.emitter([2.0, 1.8, 1.4], false);
     let clear = parts.material(glass(1.3));
     let veil = parts.diffuse([0.6, 0.5, 0.3]);
-    parts.0.materials[veil].opacity = 0.5;
+    parts.0.materials[veil].opacity = 0.5.into();
     let sphere = parts.shape(etendue::scene::Shape::Sphere { center: DVec3::ZERO, radius: 1.0 });
     let stretched = |at: DVec3, scale: DVec3| {
         DAffine3::from_translation(at) * DAffine3::from_rotation_z(0.5) * DAffine3::from_scale(scale)

@@ -1,8 +1,9 @@
 //! Mesh files: each read once, whatever refers to it.
 
+use super::textures::{TextureFiles, Textures};
 use crate::{
-    Diagnostic, Diagnostics, Limits, Origin, SourceMap, crease,
-    description::{Located, MeshRecord, MeshSource, SceneDescription},
+    Diagnostic, Diagnostics, Limits, Origin, Severity, SourceMap, crease,
+    description::{Located, MeshRecord, MeshSource, SceneDescription, TextureRecord},
     mesh_file::{self, MeshFile, MeshFormat, MeshLimits, Sphere},
 };
 use etendue::{
@@ -68,6 +69,7 @@ pub struct Loader<'a> {
     /// By path and crease angle. `None`: could not be read, which has been reported.
     files: BTreeMap<FileKey, Option<Geometry>>,
     primitives: usize,
+    textures: Textures,
     /// What was found.
     pub findings: Diagnostics,
 }
@@ -82,6 +84,7 @@ impl<'a> Loader<'a> {
             inline: BTreeMap::new(),
             files: BTreeMap::new(),
             primitives: 0,
+            textures: Textures::default(),
             findings: Diagnostics::new(),
         }
     }
@@ -147,7 +150,7 @@ impl<'a> Loader<'a> {
             }
         };
         match mesh_file::read(self.sources, file, &limits) {
-            Ok(file) => self.add_file(file, origin, crease_angle, parts),
+            Ok(file) => self.add_file(file, path, origin, crease_angle, parts),
             Err(findings) => {
                 self.findings.append(findings);
                 None
@@ -159,6 +162,7 @@ impl<'a> Loader<'a> {
     fn add_file(
         &mut self,
         file: MeshFile,
+        path: &Path,
         origin: &Origin,
         crease_angle: Option<f64>,
         parts: &mut SceneParts,
@@ -183,8 +187,10 @@ impl<'a> Loader<'a> {
         }));
         let first = parts.materials.len();
         for named in materials {
-            self.validate(&named.material, named.origin.as_ref());
-            parts.materials.push(named.material);
+            // Names in a library are relative to the library.
+            let library = named.origin.as_ref().and_then(Origin::span).map(|span| self.sources.path(span.file));
+            let folder = library.unwrap_or(path).parent().unwrap_or(Path::new("")).to_owned();
+            self.material(&named.material, named.origin.as_ref(), &folder, Severity::Warning, parts);
         }
         Some(Geometry { pieces, materials: (first..parts.materials.len()).collect() })
     }
@@ -200,8 +206,16 @@ impl<'a> Loader<'a> {
         Some(())
     }
 
-    /// Reports a material that the renderer would refuse.
-    pub fn validate(&mut self, material: &Material, origin: Option<&Origin>) {
+    /// Adds a material: its textures loaded, whose names are relative to `folder`. Reports what the renderer would refuse,
+    /// and with severity `missing` images that cannot be read.
+    pub fn material(
+        &mut self,
+        material: &Material<TextureRecord>,
+        origin: Option<&Origin>,
+        folder: &Path,
+        missing: Severity,
+        parts: &mut SceneParts,
+    ) {
         if let Err(error) = material.validate() {
             let error = Diagnostic::error(error.to_string());
             self.findings.push(match origin {
@@ -209,5 +223,10 @@ impl<'a> Loader<'a> {
                 None => error,
             });
         }
+        let mut files =
+            TextureFiles { folder, missing, sources: self.sources, limits: self.limits, findings: &mut self.findings };
+        parts
+            .materials
+            .push(material.map_textures(&mut |record, transfer| self.textures.load(record, transfer, &mut files)));
     }
 }

@@ -1,6 +1,7 @@
 //! From the keys of a material to what its surface does.
 
 use super::{Ignored, Record};
+use crate::description::TextureRecord;
 use etendue::{
     material::{Emission, Material, Scattering},
     spectrum::Spectrum,
@@ -15,7 +16,7 @@ const DEFAULT_IOR: f32 = 1.5;
 const DEFAULT_DIFFUSE: f32 = 0.5;
 
 /// The material; `note` is told what was approximated.
-pub(super) fn material(record: &Record, note: &mut dyn FnMut(Ignored)) -> Material {
+pub(super) fn material(record: &Record, note: &mut dyn FnMut(Ignored)) -> Material<TextureRecord> {
     let emission = emission(record, note);
     let opacity = opacity(record, note);
     let illum = record.illum.unwrap_or(2);
@@ -28,10 +29,10 @@ pub(super) fn material(record: &Record, note: &mut dyn FnMut(Ignored)) -> Materi
         }
         (opaque(record, illum, emission.is_some(), note), opacity)
     };
-    Material { name: record.name.clone(), scattering, emission, opacity }
+    Material { emission, opacity: opacity.into(), ..Material::new(record.name.as_str(), scattering) }
 }
 
-fn emission(record: &Record, note: &mut dyn FnMut(Ignored)) -> Option<Emission> {
+fn emission(record: &Record, note: &mut dyn FnMut(Ignored)) -> Option<Emission<TextureRecord>> {
     let ambient = Spectrum(record.ambient.unwrap_or_default());
     let emitted = Spectrum(record.emission.unwrap_or_default());
     let radiance = if record.emission.is_none() && ambient.max_component() > 1.0 {
@@ -43,7 +44,7 @@ fn emission(record: &Record, note: &mut dyn FnMut(Ignored)) -> Option<Emission> 
         }
         emitted
     };
-    (!radiance.is_black()).then_some(Emission { radiance, two_sided: true })
+    (!radiance.is_black()).then_some(Emission { radiance: radiance.into(), two_sided: true })
 }
 
 fn opacity(record: &Record, note: &mut dyn FnMut(Ignored)) -> f32 {

@@ -3,10 +3,14 @@
 use super::keys::{Key, Section};
 use crate::{
     Diagnostic, Diagnostics, Origin, Severity,
+    description::TextureRecord,
     diagnostic::nearest,
     value::{Data, Entry, Value},
 };
-use std::cell::{Cell, RefCell};
+use std::{
+    cell::{Cell, OnceCell, RefCell},
+    collections::BTreeMap,
+};
 
 /// What the reading of one file shares.
 #[derive(Debug)]
@@ -15,6 +19,8 @@ pub struct Context {
     pub diagnostics: RefCell<Diagnostics>,
     /// Statements were skipped for their syntax: do not complain of what is missing.
     pub damaged: bool,
+    /// `[textures.NAME]`, by name; `None` for those that could not be read. Set before anything refers to one.
+    pub textures: OnceCell<BTreeMap<String, Option<TextureRecord>>>,
 }
 
 impl Context {

@@ -45,6 +45,7 @@ pub static FILE: Section = Section {
         all("integrator"),
         all("accelerator"),
         all("environment"),
+        all("textures"),
         all("materials"),
         all("meshes"),
         all("objects"),
@@ -101,6 +102,9 @@ pub static MATERIAL: Section = Section {
         all("type"),
         all("emission"),
         all("opacity"),
+        all("bump"),
+        all("normal_map"),
+        all("normal_scale"),
         of("reflectance", &["diffuse", "mirror"]),
         of("transmittance", &["diffuse"]),
         of("ior", &["glass", "rough-glass", "mtl"]),
@@ -117,6 +121,30 @@ pub static MATERIAL: Section = Section {
         of("transmission", &["mtl"]),
     ],
 };
+
+/// An image on surfaces.
+pub static TEXTURE: Section = Section {
+    name: "[textures.NAME]",
+    keys: &[
+        all("file"),
+        all("encoding"),
+        all("channel"),
+        all("filter"),
+        all("wrap"),
+        all("scale"),
+        all("rotate"),
+        all("offset"),
+        all("gain"),
+        all("base"),
+    ],
+};
+
+/// A parameter that varies over the surface.
+pub static PARAMETER: Section =
+    Section { name: "a textured parameter", keys: &[all("texture"), all("file"), all("factor")] };
+
+/// A texture alone.
+pub static TEXTURE_REFERENCE: Section = Section { name: "normal_map", keys: &[all("texture"), all("file")] };
 
 /// What a material emits.
 pub static EMISSION: Section = Section { name: "emission", keys: &[all("radiance"), all("two_sided")] };
@@ -166,7 +194,7 @@ pub static LOOK_AT: Section = Section { name: "look_at", keys: &[all("position")
 pub static LIGHT: Section = Section { name: "[[lights]]", keys: &[all("type"), all("position"), all("intensity")] };
 
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 16] = [
+pub static SECTIONS: [&Section; 19] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -175,7 +203,10 @@ pub static SECTIONS: [&Section; 16] = [
     &INTEGRATOR,
     &ACCELERATOR,
     &ENVIRONMENT,
+    &TEXTURE,
     &MATERIAL,
+    &PARAMETER,
+    &TEXTURE_REFERENCE,
     &EMISSION,
     &MESH,
     &OBJECT,

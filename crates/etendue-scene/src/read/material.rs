@@ -2,13 +2,13 @@
 
 use super::{
     fields::{Fields, Item},
-    keys,
+    keys, texture,
     values::Bounds,
 };
-use crate::{diagnostic::Diagnostic, value::Data};
+use crate::{description::TextureRecord, diagnostic::Diagnostic, value::Data};
 use etendue::{
     bsdf::metals,
-    material::{Emission, Material, Scattering},
+    material::{Color, Emission, Material, Number, Relief, Scattering},
     spectrum::Spectrum,
 };
 
@@ -19,13 +19,12 @@ const DEFAULT_ALPHA: f32 = 0.1;
 /// Components of a metal's complex index of refraction.
 const METAL: Bounds = Bounds::within(0.0, 100.0);
 
-/// Grey, for objects without a material.
-pub fn default_material() -> Material {
-    material_named("", Scattering::Diffuse { reflectance: Spectrum::splat(0.5), transmittance: Spectrum::BLACK })
-}
+/// Heights of bumps, metres, and factors of normals.
+const RELIEF: Bounds = Bounds::within(-1e6, 1e6);
 
-fn material_named(name: &str, scattering: Scattering) -> Material {
-    Material { name: name.to_owned(), scattering, emission: None, opacity: 1.0 }
+/// Grey, for objects without a material.
+pub fn default_material<T>() -> Material<T> {
+    Material::new("", Scattering::Diffuse { reflectance: Spectrum::splat(0.5), transmittance: Spectrum::BLACK })
 }
 
 #[derive(Clone, Copy)]
@@ -50,7 +49,7 @@ const KINDS: [(&str, Kind); 7] = [
 ];
 
 /// A material; what could not be read has been reported and is replaced by something.
-pub fn material(item: Item, name: &str) -> Material {
+pub fn material(item: Item, name: &str) -> Material<TextureRecord> {
     let mut material = default_material();
     material.name = name.to_owned();
     let Some(mut fields) = item.table(&keys::MATERIAL, "[materials.NAME]") else { return material };
@@ -58,7 +57,8 @@ pub fn material(item: Item, name: &str) -> Material {
         material.scattering = scattering(&fields, kind).unwrap_or(material.scattering);
     }
     material.emission = fields.read("emission", emission);
-    material.opacity = fields.read("opacity", |i| i.number_f32(Bounds::UNIT)).unwrap_or(1.0);
+    material.opacity = fields.read("opacity", |i| texture::number(i, Bounds::UNIT)).unwrap_or(1.0.into());
+    material.relief = relief(&fields);
     if let Err(error) = material.validate() {
         let origin = fields.key_origin(error.parameter()).unwrap_or(fields.origin);
         item.cx.push(Diagnostic::error(error.to_string()).at(origin.clone()));
@@ -67,10 +67,34 @@ pub fn material(item: Item, name: &str) -> Material {
     material
 }
 
-fn scattering(fields: &Fields, kind: Kind) -> Option<Scattering> {
-    let albedo = |key, default| fields.read(key, |i| i.colour(Bounds::UNIT)).unwrap_or(Spectrum::splat(default));
-    let ior = || fields.read("ior", |i| i.number_f32(IOR)).unwrap_or(DEFAULT_IOR);
-    let alpha = |bounds: Bounds| fields.read("alpha", |i| i.number_f32(bounds)).unwrap_or(DEFAULT_ALPHA);
+fn relief(fields: &Fields) -> Option<Relief<TextureRecord>> {
+    fields.exclusive("bump", "normal_map");
+    let scale = fields.read("normal_scale", |i| i.number_f32(RELIEF));
+    if scale.is_some() && fields.get("normal_map").is_none() {
+        fields.lacks("`normal_map` for its `normal_scale`");
+    }
+    let map = fields.read("normal_map", |item| {
+        let fields = item.table(&keys::TEXTURE_REFERENCE, "{ texture = \"NAME\" } or { file = \"FILE\" }")?;
+        let map = texture::reference(&fields);
+        fields.finish();
+        map
+    });
+    let bump = fields.read("bump", |i| texture::number(i, RELIEF));
+    match (map, bump) {
+        (Some(map), _) => Some(Relief::Normals { map, scale: scale.unwrap_or(1.0) }),
+        (None, Some(height)) => Some(Relief::Bump { height }),
+        (None, None) => None,
+    }
+}
+
+/// Colours and numbers as they are read: over a surface.
+type Surface = Scattering<Color<TextureRecord>, Number<TextureRecord>>;
+
+fn scattering(fields: &Fields, kind: Kind) -> Option<Surface> {
+    let albedo =
+        |key, default| fields.read(key, |i| texture::color(i, Bounds::UNIT)).unwrap_or(Spectrum::splat(default).into());
+    let ior = || fields.read("ior", |i| texture::number(i, IOR)).unwrap_or(DEFAULT_IOR.into());
+    let alpha = |bounds: Bounds| fields.read("alpha", |i| texture::number(i, bounds)).unwrap_or(DEFAULT_ALPHA.into());
     Some(match kind {
         Kind::Diffuse => {
             Scattering::Diffuse { reflectance: albedo("reflectance", 0.5), transmittance: albedo("transmittance", 0.0) }
@@ -105,7 +129,7 @@ fn scattering(fields: &Fields, kind: Kind) -> Option<Scattering> {
 }
 
 /// `metal`, or `eta` and `k`.
-fn metal(fields: &Fields) -> Option<(Spectrum, Spectrum)> {
+fn metal(fields: &Fields) -> Option<(Color<TextureRecord>, Color<TextureRecord>)> {
     fields.exclusive("metal", "eta");
     fields.exclusive("metal", "k");
     let preset = fields.read("metal", |item| {
@@ -119,10 +143,10 @@ fn metal(fields: &Fields) -> Option<(Spectrum, Spectrum)> {
         }
         found
     });
-    let component = |key| fields.get(key).map(|item| item.colour(METAL));
+    let component = |key| fields.get(key).map(|item| texture::color(item, METAL));
     let (eta, k) = (component("eta"), component("k"));
     match (fields.get("metal"), eta, k) {
-        (Some(_), ..) => preset.map(|m| (m.eta, m.k)),
+        (Some(_), ..) => preset.map(|m| (m.eta.into(), m.k.into())),
         (None, Some(eta), Some(k)) => Some((eta?, k?)),
         (None, None, None) => {
             fields.lacks("`metal`, or `eta` and `k`");
@@ -139,12 +163,12 @@ fn metal(fields: &Fields) -> Option<(Spectrum, Spectrum)> {
     }
 }
 
-fn emission(item: Item) -> Option<Emission> {
+fn emission(item: Item) -> Option<Emission<TextureRecord>> {
     if !matches!(item.value.data, Data::Table(_)) {
-        return Some(Emission { radiance: item.colour(Bounds::LIGHT)?, two_sided: false });
+        return Some(Emission { radiance: item.colour(Bounds::LIGHT)?.into(), two_sided: false });
     }
     let fields = item.table(&keys::EMISSION, "{ radiance = 1 }")?;
-    let radiance = fields.need("radiance", |i| i.colour(Bounds::LIGHT));
+    let radiance = fields.need("radiance", |i| texture::color(i, Bounds::LIGHT));
     let two_sided = fields.read("two_sided", |i| i.boolean()).unwrap_or(false);
     fields.finish();
     Some(Emission { radiance: radiance?, two_sided })

@@ -6,6 +6,7 @@ mod material;
 mod object;
 mod references;
 mod settings;
+mod texture;
 mod toml_syntax;
 mod values;
 
@@ -20,7 +21,10 @@ use crate::{
 };
 use etendue::scene::PointLight;
 use fields::{Context, Fields, Item};
-use std::{cell::RefCell, path::Path};
+use std::{
+    cell::{OnceCell, RefCell},
+    path::Path,
+};
 use values::Bounds;
 
 /// Materials, meshes, objects and lights that a scene file may have, of each.
@@ -37,7 +41,7 @@ pub fn read_toml(file: FileId, bytes: &[u8], folder: &Path) -> (Option<SceneDesc
 fn read_any(file: FileId, bytes: &[u8], folder: &Path) -> (SceneDescription, Diagnostics) {
     let mut diagnostics = Diagnostics::new();
     let (entries, damaged) = toml_syntax::read(file, bytes, &mut diagnostics);
-    let cx = Context { diagnostics: RefCell::new(diagnostics), damaged };
+    let cx = Context { diagnostics: RefCell::new(diagnostics), damaged, textures: OnceCell::new() };
     let description = scene(&cx, &entries, file, folder);
     references::check(&cx, &description);
     let mut diagnostics = cx.diagnostics.into_inner();
@@ -49,6 +53,9 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneD
     // What the file lacks as a whole is said at its start.
     let origin = Span::new(file, 0..0).into();
     let fields = Fields::new(cx, &keys::FILE, entries, &origin);
+    // First, since materials name them.
+    let textures = fields.read("textures", texture::textures).unwrap_or_default();
+    cx.textures.get_or_init(|| textures);
     let description = SceneDescription {
         folder: folder.to_owned(),
         camera: fields.need("camera", settings::camera).unwrap_or_else(|| settings::any_camera(&origin)),
@@ -66,7 +73,7 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneD
     description
 }
 
-/// The named tables of `[materials]` or `[meshes]`.
+/// The named tables of `[materials]`, `[meshes]` or `[textures]`.
 fn named<'a>(item: Item<'a>, kind: &str) -> Option<impl Iterator<Item = (&'a Entry, Item<'a>)>> {
     let Data::Table(entries) = &item.value.data else {
         return item.wrong_kind_help("a table of tables", &format!("[{kind}.NAME]"));

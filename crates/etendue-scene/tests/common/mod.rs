@@ -61,6 +61,6 @@ pub fn check(result: &Result<MeshFile, Diagnostics>) {
     }
     for named in &file.materials {
         let m = &named.material;
-        assert!((0.0..=1.0).contains(&m.opacity) && m.emission.is_none_or(|e| e.radiance.is_finite()));
+        assert!(m.validate().is_ok());
     }
 }

@@ -69,12 +69,13 @@ pub(super) fn shade(context: &Context, strategy: Strategy, paths: &mut Paths, pa
         return;
     }
     let wo = -Vec3::from(ray.direction);
-    let vertex = Vertex::new(context, point, wo);
+    let mut textured = Bsdf::Black;
+    let vertex = Vertex::new(context, point, &hit, wo, &mut textured);
     if context.wants_layers && paths.progress[path].depth == 1 {
         paths.first[path] = first_hit(context, &vertex);
     }
     if vertex.point.light != NO_LIGHT {
-        add_emission(context, strategy, paths, path, &vertex);
+        add_emission(context, strategy, paths, path, &vertex, &hit);
     }
     if paths.progress[path].depth >= context.max_depth {
         paths.progress[path].alive = false;
@@ -97,15 +98,27 @@ struct Vertex<'a> {
 }
 
 impl<'a> Vertex<'a> {
+    /// Where parameters have textures, the BSDF is made for this point and kept in `textured`.
     #[inline]
-    fn new(context: &Context<'a>, mut point: SurfacePoint, wo: Vec3) -> Self {
+    fn new(context: &Context<'a>, mut point: SurfacePoint, hit: &Hit, wo: Vec3, textured: &'a mut Bsdf) -> Self {
+        let material = &context.scene.materials()[point.material as usize];
+        if let Some(relief) = &material.relief {
+            point.shading_normal = relief.normal(point.shading_normal, &context.scene.chart(&point, hit));
+        }
         // Interpolated normals may face away from a viewer who does see the surface: there the true normal is used.
         if point.shading_normal.dot(wo) * point.geometric_normal.dot(wo) <= 0.0 {
             point.shading_normal = point.geometric_normal;
         }
+        let bsdf = match context.scene.bsdf(point.material) {
+            Some(bsdf) => bsdf,
+            None => {
+                *textured = material.bsdf(context.scene.texture_coordinates(&point, hit));
+                textured
+            }
+        };
         let frame = Frame::from_normal(point.shading_normal);
         let local_wo = frame.to_local(wo);
-        Self { point, bsdf: context.scene.bsdf(point.material), frame, wo, local_wo }
+        Self { point, bsdf, frame, wo, local_wo }
     }
 
     /// True if shading and geometric normal agree on which side `wi` is.
@@ -149,7 +162,7 @@ fn passes_through(
     if context.scene.is_opaque() {
         return false;
     }
-    let opacity = context.scene.opacity(hit);
+    let opacity = context.scene.opacity(point, hit);
     let progress = &mut paths.progress[path];
     if opacity >= 1.0 || context.sampler.one_d(paths.samples[path].key, progress.vertex, Slot::Opacity) < opacity {
         return false;
@@ -161,9 +174,9 @@ fn passes_through(
     true
 }
 
-fn add_emission(context: &Context, strategy: Strategy, paths: &mut Paths, path: usize, vertex: &Vertex) {
+fn add_emission(context: &Context, strategy: Strategy, paths: &mut Paths, path: usize, vertex: &Vertex, hit: &Hit) {
     let material = &context.scene.materials()[vertex.point.material as usize];
-    let Some(emission) = material.emission else { return };
+    let Some(emission) = &material.emission else { return };
     if !emission.two_sided && vertex.point.geometric_normal.dot(vertex.wo) <= 0.0 {
         return;
     }
@@ -172,7 +185,11 @@ fn add_emission(context: &Context, strategy: Strategy, paths: &mut Paths, path: 
         let distance = (vertex.point.position - from.point).length();
         context.scene.lights().pdf_hit(from, vertex.point.light, -vertex.wo, distance)
     });
-    paths.radiance[path] += paths.throughput[path] * emission.radiance * weight;
+    let radiance = match &emission.radiance.texture {
+        None => emission.radiance.factor,
+        Some(_) => emission.radiance.at(context.scene.texture_coordinates(&vertex.point, hit)),
+    };
+    paths.radiance[path] += paths.throughput[path] * radiance * weight;
 }
 
 fn sample_light(

@@ -89,13 +89,13 @@ impl ShadowQueue {
                 if !hit.is_hit() {
                     continue;
                 }
+                let point = scene.surface_point(ray, hit);
                 let shadow = &mut self.shadows[at];
-                shadow.contribution *= 1.0 - scene.opacity(hit);
+                shadow.contribution *= 1.0 - scene.opacity(&point, hit);
                 if shadow.contribution.is_black() {
                     continue;
                 }
                 let direction = Vec3::from(ray.direction);
-                let point = scene.surface_point(ray, hit);
                 let mut onward = segment(point.leave(direction), direction, shadow.target, hit.id);
                 if shadow.target.is_none() {
                     onward.t_max = ray.t_max - hit.t;

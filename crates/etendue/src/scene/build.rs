@@ -9,6 +9,7 @@ use crate::{
     },
     material::{Emission, Material},
     math::{DAffine3, DMat3, DVec3, Vec3},
+    spectrum::Spectrum,
     surface::{MeshData, NO_LIGHT, face_normal, orient},
 };
 use etendue_accel::{
@@ -111,16 +112,23 @@ impl Scene {
         Ok(Self {
             center,
             placements,
-            bsdfs: parts.materials.iter().map(Material::bsdf).collect(),
+            bsdfs: parts.materials.iter().map(|m| m.scattering.constant().map(|values| values.bsdf())).collect(),
             lights: LightTable::new(lights, f64::from(radius))?,
             environment,
             accelerator,
-            opaque: parts.materials.iter().all(|m| m.opacity >= 1.0),
+            opaque: parts.materials.iter().all(Material::is_opaque),
             point_lights: parts.point_lights.len(),
             materials: parts.materials,
             stats,
         })
     }
+}
+
+/// What a face emits.
+#[derive(Clone, Copy)]
+struct Glow {
+    radiance: Spectrum,
+    two_sided: bool,
 }
 
 struct Builder<'a> {
@@ -278,8 +286,10 @@ impl<'a> Builder<'a> {
         Ok((geometry, Some(transform), Primitives::Mesh(data)))
     }
 
-    fn emission(&self, placement: &Placement, primitive: u32) -> Option<Emission> {
-        self.parts.materials[placement.material(primitive) as usize].emission.filter(|e| !e.radiance.is_black())
+    fn emission(&self, placement: &Placement, primitive: u32) -> Option<Glow> {
+        let material = &self.parts.materials[placement.material(primitive) as usize];
+        let Emission { radiance, two_sided } = material.emission.as_ref()?;
+        (!radiance.factor.is_black()).then_some(Glow { radiance: radiance.factor, two_sided: *two_sided })
     }
 
     /// Lists the emitters of a placement.
@@ -294,7 +304,7 @@ impl<'a> Builder<'a> {
             (Primitives::Mesh(mesh), Shape::Rectangle { .. }) => {
                 let Some(emission) = self.emission(placement, 0) else { return FaceLights::None };
                 let [a, b, _, d] = [0, 1, 2, 3].map(|i: usize| Vec3::from(mesh.positions[i]));
-                let Emission { radiance, two_sided } = emission;
+                let Glow { radiance, two_sided } = emission;
                 let (u, v) = if to_local.matrix3.determinant() < 0.0 { (d - a, b - a) } else { (b - a, d - a) };
                 self.lights.push(Light::Rectangle(RectangleLight { corner: a, u, v, radiance, two_sided }));
                 FaceLights::One(next)
@@ -323,7 +333,7 @@ impl<'a> Builder<'a> {
                 // The light's front is the side of its winding.
                 let swap = (front.dot(winding) < 0.0) != mirrored;
                 let vertices = if swap { [a, c, b] } else { [a, b, c] };
-                let Emission { radiance, two_sided } = emission;
+                let Glow { radiance, two_sided } = emission;
                 self.lights.push(Light::Triangle(TriangleLight { vertices, radiance, two_sided }));
                 (self.lights.len() - 1) as u32
             })
@@ -332,8 +342,8 @@ impl<'a> Builder<'a> {
     }
 }
 
-fn sphere_light(placement: &Placement, center: Vec3, radius: f32, emission: Emission) -> SphereLight {
-    let Emission { radiance, two_sided } = emission;
+fn sphere_light(placement: &Placement, center: Vec3, radius: f32, emission: Glow) -> SphereLight {
+    let Glow { radiance, two_sided } = emission;
     match &placement.transform {
         None => SphereLight { two_sided, ..SphereLight::round(center, radius, radiance) },
         Some(transform) => {

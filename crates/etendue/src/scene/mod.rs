@@ -12,7 +12,7 @@ use crate::{
     material::Material,
     math::{DVec3, Vec2, Vec3},
     spectrum::Spectrum,
-    surface::{self, MeshData, NO_LIGHT, SurfacePoint},
+    surface::{self, Chart, MeshData, NO_LIGHT, SurfacePoint},
 };
 use etendue_accel::{Accelerator, Hit, Ray, Transform};
 use std::sync::Arc;
@@ -88,7 +88,8 @@ pub struct Scene {
     center: DVec3,
     placements: Vec<Placement>,
     materials: Vec<Material>,
-    bsdfs: Vec<Bsdf>,
+    /// Of materials without textures.
+    bsdfs: Vec<Option<Bsdf>>,
     lights: LightTable,
     environment: Option<Spectrum>,
     accelerator: Accelerator,
@@ -133,10 +134,10 @@ impl Scene {
         &self.materials
     }
 
-    /// Scattering of material `index`.
+    /// Scattering of material `index`, if it is the same everywhere.
     #[inline]
-    pub fn bsdf(&self, index: u32) -> &Bsdf {
-        &self.bsdfs[index as usize]
+    pub fn bsdf(&self, index: u32) -> Option<&Bsdf> {
+        self.bsdfs[index as usize].as_ref()
     }
 
     /// The full surface point of a hit that `ray` made.
@@ -146,15 +147,25 @@ impl Scene {
     }
 
     /// Texture coordinates of a hit.
+    #[inline]
     pub fn texture_coordinates(&self, point: &SurfacePoint, hit: &Hit) -> Vec2 {
         surface::texture_coordinates(&self.placements[hit.id.instance as usize], point, hit)
     }
 
-    /// Fraction of the surface that is there, at a hit.
+    /// Texture coordinates of a hit with their directions.
+    pub fn chart(&self, point: &SurfacePoint, hit: &Hit) -> Chart {
+        surface::chart(&self.placements[hit.id.instance as usize], point, hit)
+    }
+
+    /// Fraction of the surface that is there, in [0, 1], at a hit.
     #[inline]
-    pub fn opacity(&self, hit: &Hit) -> f32 {
-        let placement = &self.placements[hit.id.instance as usize];
-        self.materials[placement.material(hit.id.primitive) as usize].opacity
+    pub fn opacity(&self, point: &SurfacePoint, hit: &Hit) -> f32 {
+        let opacity = &self.materials[point.material as usize].opacity;
+        let value = match &opacity.texture {
+            None => opacity.factor,
+            Some(_) => opacity.at(self.texture_coordinates(point, hit)),
+        };
+        value.max(0.0).min(1.0)
     }
 
     /// How much there is in the scene.

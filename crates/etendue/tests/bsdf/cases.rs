@@ -33,7 +33,7 @@ kinds!(
 /// A parameter set, and what is known about it.
 pub struct Case {
     pub name: String,
-    pub material: Material,
+    pub scattering: Scattering,
     pub bsdf: Bsdf,
     /// Index of refraction behind the surface over that before it, where light is refracted.
     pub index: f32,
@@ -49,21 +49,21 @@ impl Case {
             _ => 1.0,
         };
         let name = name.into();
-        let material = Material { name: name.clone(), scattering, emission: None, opacity: 1.0 };
+        let material: Material = Material::new(name.as_str(), scattering);
         material.validate().unwrap();
-        Self { bsdf: material.bsdf(), name, material, index, lossless }
+        Self { bsdf: scattering.bsdf(), name, scattering, index, lossless }
     }
 
     /// The same surface seen from behind: its index of refraction inverted.
     pub fn turned(&self) -> Bsdf {
-        let mut material = self.material.clone();
-        match &mut material.scattering {
+        let mut scattering = self.scattering;
+        match &mut scattering {
             Scattering::Glass { ior, thin: false, .. }
             | Scattering::RoughGlass { ior, .. }
             | Scattering::Mtl { ior, .. } => *ior = 1.0 / *ior,
             _ => {}
         }
-        material.bsdf()
+        scattering.bsdf()
     }
 
     /// Index of refraction on the side of `w`.

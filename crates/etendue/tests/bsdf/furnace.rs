@@ -3,18 +3,14 @@
 use crate::cases::{direction, random_direction};
 use etendue::{
     bsdf::{Bsdf, fresnel},
-    material::{Material, Scattering},
+    material::Scattering,
     math::{Frame, Vec3},
     spectrum::Spectrum,
 };
 use etendue_testkit::{Moments, Rng, ttest};
 
-fn bsdf(scattering: Scattering) -> Bsdf {
-    Material { name: "glass".into(), scattering, emission: None, opacity: 1.0 }.bsdf()
-}
-
 fn clear_glass(ior: f32, thin: bool) -> Bsdf {
-    bsdf(Scattering::Glass { ior, reflection_tint: Spectrum::ONE, transmission_tint: Spectrum::ONE, thin })
+    Scattering::Glass { ior, reflection_tint: Spectrum::ONE, transmission_tint: Spectrum::ONE, thin }.bsdf()
 }
 
 /// Follows a path from the point `p` of the unit sphere, the surface being met along `ray`, until it leaves. The
@@ -80,12 +76,13 @@ fn furnace_seen_from_inside_glass() {
 #[test]
 fn rough_sphere_in_a_furnace_is_darker() {
     for (alpha, least) in [(0.01, 0.99), (0.1, 0.92), (0.5, 0.5)] {
-        let rough = bsdf(Scattering::RoughGlass {
+        let rough = Scattering::RoughGlass {
             ior: 1.5,
             alpha,
             reflection_tint: Spectrum::ONE,
             transmission_tint: Spectrum::ONE,
-        });
+        }
+        .bsdf();
         let mut rng = Rng::new(10);
         let mut seen = Moments::new();
         for _ in 0..40_000 {

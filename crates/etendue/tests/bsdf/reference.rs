@@ -3,19 +3,15 @@
 use crate::cases::{direction, draw, random_direction};
 use etendue::{
     bsdf::{Bsdf, Density, fresnel, ggx, ggx::Ggx},
-    material::{Material, Scattering},
+    material::Scattering,
     math::Vec3,
     spectrum::Spectrum,
 };
 use etendue_testkit::{Moments, Rng, integrate_2d, ttest};
 use std::f64::consts::PI;
 
-fn bsdf(scattering: Scattering) -> Bsdf {
-    Material { name: "rough".into(), scattering, emission: None, opacity: 1.0 }.bsdf()
-}
-
 fn rough_glass(ior: f32, alpha: f32) -> Bsdf {
-    bsdf(Scattering::RoughGlass { ior, alpha, reflection_tint: Spectrum::ONE, transmission_tint: Spectrum::ONE })
+    Scattering::RoughGlass { ior, alpha, reflection_tint: Spectrum::ONE, transmission_tint: Spectrum::ONE }.bsdf()
 }
 
 /// Fresnel's amplitude formulas in the angles.
@@ -150,7 +146,7 @@ fn f64s(v: Vec3) -> [f64; 3] {
 fn rough_metal_is_the_papers_formula() {
     let (eta, k) = (Spectrum([0.2, 1.0, 1.5]), Spectrum([3.5, 2.5, 1.9]));
     for alpha in [0.02f32, 0.2, 0.7, 1.0] {
-        let metal = bsdf(Scattering::RoughMetal { eta, k, alpha, tint: Spectrum([1.0, 0.5, 0.25]) });
+        let metal = Scattering::RoughMetal { eta, k, alpha, tint: Spectrum([1.0, 0.5, 0.25]) }.bsdf();
         let mut rng = Rng::new(15);
         for i in 0..4000 {
             let wo = random_direction(&mut rng);
@@ -205,13 +201,8 @@ fn rough_glass_is_the_papers_formula() {
 fn mtl_is_the_sum_of_its_lobes() {
     let (kd, ks, tf) = ([0.3, 0.2, 0.1], [0.1, 0.3, 0.6], [0.2, 0.4, 0.1]);
     let mtl = |alpha| {
-        bsdf(Scattering::Mtl {
-            diffuse: Spectrum(kd),
-            specular: Spectrum(ks),
-            alpha,
-            transmission: Spectrum(tf),
-            ior: 1.5,
-        })
+        Scattering::Mtl { diffuse: Spectrum(kd), specular: Spectrum(ks), alpha, transmission: Spectrum(tf), ior: 1.5 }
+            .bsdf()
     };
     let (glossy, polished) = (mtl(0.3), mtl(0.0));
     let mut rng = Rng::new(18);
@@ -301,7 +292,7 @@ fn visible_normals_follow_their_density() {
 fn small_widths_tend_to_specular() {
     let alpha = 1.5 * ggx::ALPHA_MIN;
     let (eta, k) = (Spectrum::splat(0.2), Spectrum::splat(3.5));
-    let metal = bsdf(Scattering::RoughMetal { eta, k, alpha, tint: Spectrum::ONE });
+    let metal = Scattering::RoughMetal { eta, k, alpha, tint: Spectrum::ONE }.bsdf();
     let glass = rough_glass(1.5, alpha);
     for (theta, side) in [(10.0, 1.0), (60.0, 1.0), (75.0, 1.0), (20.0, -1.0), (60.0, -1.0)] {
         let wo = direction(theta, 77.0, side);

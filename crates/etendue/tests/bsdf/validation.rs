@@ -7,7 +7,7 @@ use etendue::{
 };
 
 fn material(scattering: Scattering) -> Material {
-    Material { name: "thing".into(), scattering, emission: None, opacity: 1.0 }
+    Material::new("thing", scattering)
 }
 
 const GREY: Spectrum = Spectrum::splat(0.5);
@@ -89,12 +89,12 @@ fn albedos_that_sum_above_one_are_refused() {
 fn emission_and_opacity_are_checked() {
     for (radiance, ok) in [(0.0, true), (1e30, true), (-1.0, false), (f32::NAN, false), (f32::INFINITY, false)] {
         let mut lamp = material(Scattering::Black);
-        lamp.emission = Some(Emission { radiance: Spectrum([1.0, radiance, 1.0]), two_sided: false });
+        lamp.emission = Some(Emission { radiance: Spectrum([1.0, radiance, 1.0]).into(), two_sided: false });
         assert_eq!(lamp.validate().map_err(|e| e.parameter()), if ok { Ok(()) } else { Err("radiance") });
     }
     for (opacity, ok) in [(0.0, true), (1.0, true), (1.1, false), (-0.1, false), (f32::NAN, false)] {
         let mut veil = material(Scattering::Black);
-        veil.opacity = opacity;
+        veil.opacity = opacity.into();
         assert_eq!(veil.validate().map_err(|e| e.parameter()), if ok { Ok(()) } else { Err("opacity") });
     }
 }
@@ -104,20 +104,21 @@ fn emission_and_opacity_are_checked() {
 fn limits_of_the_models() {
     let rough = |ior, alpha| {
         let one = Spectrum::ONE;
-        material(Scattering::RoughGlass { ior, alpha, reflection_tint: one, transmission_tint: one }).bsdf()
+        Scattering::RoughGlass { ior, alpha, reflection_tint: one, transmission_tint: one }.bsdf()
     };
     assert!(matches!(rough(1.5, 1e-3), Bsdf::RoughGlass(_)));
     assert!(matches!(rough(1.5, 0.9e-3), Bsdf::Glass(_)));
     assert!(matches!(rough(1.0, 0.5), Bsdf::Glass(_)));
     assert!(matches!(rough(1.000_1, 0.5), Bsdf::Glass(_)));
     assert!(matches!(rough(1.001, 0.5), Bsdf::RoughGlass(_)));
-    let mtl = material(Scattering::Mtl {
+    let mtl = Scattering::Mtl {
         diffuse: Spectrum([0.8, 0.5, 0.1]),
         specular: Spectrum([0.8, 0.5, 0.1]),
         alpha: 0.0,
         transmission: Spectrum([0.4, 0.0, 0.1]),
         ior: 1.0,
-    });
+    }
+    .bsdf();
     let [r, g, b] = mtl.albedo().0;
     assert!((r - 1.0).abs() < 1e-6 && (g - 1.0).abs() < 1e-6 && (b - 0.3).abs() < 1e-6);
     assert!(!mtl.is_delta() && !mtl.transmits());

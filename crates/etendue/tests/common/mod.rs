@@ -22,12 +22,7 @@ pub struct Parts(pub SceneParts);
 
 impl Parts {
     pub fn material(&mut self, scattering: Scattering) -> usize {
-        self.0.materials.push(Material {
-            name: format!("m{}", self.0.materials.len()),
-            scattering,
-            emission: None,
-            opacity: 1.0,
-        });
+        self.0.materials.push(Material::new(format!("m{}", self.0.materials.len()), scattering));
         self.0.materials.len() - 1
     }
 
@@ -36,7 +31,7 @@ impl Parts {
     }
 
     pub fn emitting(&mut self, material: usize, radiance: [f32; 3], two_sided: bool) -> usize {
-        self.0.materials[material].emission = Some(Emission { radiance: Spectrum(radiance), two_sided });
+        self.0.materials[material].emission = Some(Emission { radiance: Spectrum(radiance).into(), two_sided });
         material
     }
 

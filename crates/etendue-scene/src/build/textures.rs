@@ -1,0 +1,92 @@
+//! Image files of textures: each read once, whatever refers to it.
+
+use crate::{
+    Diagnostic, Diagnostics, Limits, Severity, SourceMap, description::TextureRecord, find_file::find_file,
+    output::read_image,
+};
+use etendue::texture::{Samples, Texture, TextureImage, Transfer};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// Where textures come from, and where findings go.
+pub struct TextureFiles<'a> {
+    /// Where relative names start.
+    pub folder: &'a Path,
+    /// How bad it is if an image cannot be read.
+    pub missing: Severity,
+    /// Gets the files' bytes.
+    pub sources: &'a mut SourceMap,
+    /// Bounds on what is read.
+    pub limits: &'a Limits,
+    /// What was found.
+    pub findings: &'a mut Diagnostics,
+}
+
+/// The images read so far.
+#[derive(Debug, Default)]
+pub struct Textures {
+    /// By path; `None`: could not be read, which has been reported.
+    files: BTreeMap<PathBuf, Option<Arc<TextureImage>>>,
+    /// Those with another meaning than they were read with.
+    others: BTreeMap<PathBuf, Arc<TextureImage>>,
+}
+
+impl Textures {
+    /// The texture of a record; `transfer` is what its samples mean if the record does not say. `None` if it cannot be read,
+    /// which is reported.
+    pub fn load(
+        &mut self,
+        record: &TextureRecord,
+        transfer: Transfer,
+        files: &mut TextureFiles,
+    ) -> Option<Arc<Texture>> {
+        let (path, note) = match find_file(files.folder, &record.file.value.to_string_lossy()) {
+            Ok(found) => found,
+            Err(error) => return files.report(error.to_string(), record),
+        };
+        if !self.files.contains_key(&path) {
+            if let Some(note) = note {
+                files.findings.push(Diagnostic::note(note).at(record.file.origin.clone()));
+            }
+            let image = match read(&path, files) {
+                Ok(image) => Some(image),
+                Err(message) => files.report(message, record),
+            };
+            self.files.insert(path.clone(), image);
+        }
+        let stored = self.files.get(&path)?.as_ref()?;
+        let transfer = record.transfer.unwrap_or(transfer);
+        let image = if stored.transfer() == transfer {
+            stored.clone()
+        } else {
+            let other = || Arc::new(stored.with_transfer(transfer));
+            self.others.entry(path).or_insert_with(other).clone()
+        };
+        Some(Arc::new(Texture { image, mapping: record.mapping }))
+    }
+}
+
+impl TextureFiles<'_> {
+    fn report<T>(&mut self, message: String, record: &TextureRecord) -> Option<T> {
+        let finding = Diagnostic { severity: self.missing, ..Diagnostic::error(message) };
+        let finding = finding.at(record.file.origin.clone());
+        self.findings.push(match self.missing {
+            Severity::Error => finding,
+            _ => finding.label("the material goes without it"),
+        });
+        None
+    }
+}
+
+fn read(path: &Path, files: &mut TextureFiles) -> Result<Arc<TextureImage>, String> {
+    let image = read_image(path, &Default::default()).map_err(|error| error.to_string())?;
+    let channel = |name| image.f32_channel(name).ok_or_else(|| format!("{} has no colour", path.display()));
+    let [r, g, b] = [channel("R")?, channel("G")?, channel("B")?];
+    let samples: Vec<f32> = (0..r.len()).flat_map(|i| [r[i], g[i], b[i]]).collect();
+    let _ = &files.sources;
+    let image = TextureImage::new(image.width, image.height, 3, Samples::F32(samples.into()), Transfer::Linear);
+    Ok(Arc::new(image.map_err(|error| error.to_string())?))
+}

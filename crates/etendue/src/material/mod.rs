@@ -1,0 +1,94 @@
+//! What surfaces are made of.
+
+mod check;
+mod parameter;
+mod relief;
+mod scattering;
+
+pub use check::MaterialError;
+pub use parameter::{Color, Number, Parameter};
+pub use relief::Relief;
+pub use scattering::{INDEX_RANGE, Scattering};
+
+use crate::{
+    bsdf::Bsdf,
+    math::Vec2,
+    texture::{Texture, Transfer},
+};
+use std::{cell::RefCell, convert::Infallible, sync::Arc};
+
+/// A surface's emission.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emission<T = Arc<Texture>> {
+    /// Radiance, W sr^-1 m^-2 per channel, the same in all directions.
+    pub radiance: Color<T>,
+    /// Emits on both sides; otherwise only on the side that the geometric normal points to.
+    pub two_sided: bool,
+}
+
+/// A surface's material. `T` is what a texture is: an image, or while a scene is read, the name of one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material<T = Arc<Texture>> {
+    /// As in the file.
+    pub name: String,
+    /// How it scatters.
+    pub scattering: Scattering<Color<T>, Number<T>>,
+    /// What it emits.
+    pub emission: Option<Emission<T>>,
+    /// Fraction of the surface that is there, in [0, 1] (MTL `d`); the rest lets rays pass straight.
+    pub opacity: Number<T>,
+    /// Detail of the shading normal.
+    pub relief: Option<Relief<T>>,
+}
+
+impl<T> Material<T> {
+    /// An opaque material that emits nothing and has no textures.
+    pub fn new(name: impl Into<String>, scattering: Scattering) -> Self {
+        let opacity = 1.0.into();
+        Self { name: name.into(), scattering: scattering.into(), emission: None, opacity, relief: None }
+    }
+
+    /// The same material with every texture replaced, or left out where `load` gives none. `load` is told how the samples are
+    /// to be understood: colours are [`Transfer::Srgb`] where a file stores them so, numbers and normals are data.
+    pub fn map_textures<U>(&self, load: &mut dyn FnMut(&T, Transfer) -> Option<U>) -> Material<U> {
+        let load = RefCell::new(load);
+        let image = |texture: &T, transfer| (load.borrow_mut())(texture, transfer);
+        let color = |color: &Color<T>| Color {
+            factor: color.factor,
+            texture: color.texture.as_ref().and_then(|t| image(t, Transfer::Srgb)),
+        };
+        let number = |number: &Number<T>| Number {
+            factor: number.factor,
+            texture: number.texture.as_ref().and_then(|t| image(t, Transfer::Linear)),
+        };
+        let emission = self.emission.as_ref();
+        let relief = match &self.relief {
+            None => None,
+            Some(Relief::Bump { height }) => Some(Relief::Bump { height: number(height) }),
+            Some(Relief::Normals { map, scale }) => {
+                image(map, Transfer::Linear).map(|map| Relief::Normals { map, scale: *scale })
+            }
+        };
+        let scattering = self.scattering.try_map(|_, _, c| Ok::<_, Infallible>(color(c)), |_, _, n| Ok(number(n)));
+        Material {
+            name: self.name.clone(),
+            scattering: scattering.unwrap_or_else(|never| match never {}),
+            emission: emission.map(|e| Emission { radiance: color(&e.radiance), two_sided: e.two_sided }),
+            opacity: number(&self.opacity),
+            relief,
+        }
+    }
+}
+
+impl Material {
+    /// How a point of this material scatters. Meant for materials that passed [`validate`](Self::validate).
+    #[inline]
+    pub fn bsdf(&self, uv: Vec2) -> Bsdf {
+        self.scattering.at(uv).bsdf()
+    }
+
+    /// True if every ray is stopped, wherever it meets the surface.
+    pub fn is_opaque(&self) -> bool {
+        self.opacity.range()[0] >= 1.0
+    }
+}
