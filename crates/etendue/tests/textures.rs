@@ -332,7 +332,7 @@ fn a_textured_floor_has_the_texture_s_radiance() {
         parts.0.materials[floor].scattering =
             Scattering::Diffuse { reflectance, transmittance: Spectrum::BLACK.into() };
         parts.rectangle(dvec3(-8.0, 0.0, 8.0), dvec3(16.0, 0.0, 0.0), dvec3(0.0, 0.0, -16.0), floor);
-        parts.0.environment = Some(Spectrum::ONE);
+        parts.0.environment = Some(Spectrum::ONE.into());
         let view = camera(dvec3(0.0, 10.0, 0.0), dvec3(0.0, 0.0, 0.0));
         // 40 degrees from 10 m: the camera sees 7.28 m squared, some 3.6 squares.
         let picture = picture(&parts.build(), &view, [64, 64], &statistics(integrator, 64));
@@ -353,7 +353,7 @@ fn sheet(parts: &mut Parts, y: f64) {
     let black = parts.material(Scattering::Black);
     parts.0.materials[black].opacity = Number { factor: 0.5, texture: Some(board(0.0, 1.0)) };
     parts.rectangle(dvec3(-4.0, y, 4.0), dvec3(8.0, 0.0, 0.0), dvec3(0.0, 0.0, -8.0), black);
-    parts.0.environment = Some(Spectrum::ONE);
+    parts.0.environment = Some(Spectrum::ONE.into());
 }
 
 /// Before a sky of radiance 1, a black sheet shows what it lets through.

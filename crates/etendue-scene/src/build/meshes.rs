@@ -144,7 +144,7 @@ impl<'a> Loader<'a> {
             }
         };
         match mesh_file::read(self.sources, file, &limits) {
-            Ok(file) => self.add_file(file, origin, crease_angle, parts),
+            Ok(file) => self.add_file(file, path, origin, crease_angle, parts),
             Err(findings) => {
                 self.findings.append(findings);
                 None
@@ -156,6 +156,7 @@ impl<'a> Loader<'a> {
     fn add_file(
         &mut self,
         file: MeshFile,
+        path: &Path,
         origin: &Origin,
         crease_angle: Option<f64>,
         parts: &mut SceneParts,
@@ -182,7 +183,7 @@ impl<'a> Loader<'a> {
         for named in materials {
             // Names in a library are relative to the library.
             let library = named.origin.as_ref().and_then(Origin::span).map(|span| self.sources.path(span.file));
-            let folder = library.and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
+            let folder = library.unwrap_or(path).parent().unwrap_or(Path::new("")).to_owned();
             self.material(&named.material, named.origin.as_ref(), &folder, Severity::Warning, parts);
         }
         Some(Geometry { pieces, materials: (first..parts.materials.len()).collect() })
