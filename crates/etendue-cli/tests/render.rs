@@ -4,7 +4,10 @@ mod common;
 
 use common::{Ended, Folder, SCENE};
 use etendue::image::{ChannelData, Image};
-use etendue_scene::output::{Limits, Metadata, exr, hash::film_hash};
+use etendue_scene::{
+    image_file::{Limits, exr},
+    output::{Metadata, hash::film_hash},
+};
 use std::fs;
 
 fn exr(folder: &Folder, name: &str) -> (Image, Metadata) {
@@ -106,6 +109,7 @@ fn the_command_line_overrides_the_file() {
         "--filter box",
         "--crop 0,0,8,8",
         "--aov depth",
+        "--transparent",
     ] {
         assert_ne!(hash(words), base, "{words}");
     }

@@ -164,6 +164,8 @@ pub struct FilmRecord {
     pub tonemap: ToneCurve,
     /// Layers beside the colour.
     pub aovs: Vec<Aov>,
+    /// Nothing is to be seen where camera rays meet no surface.
+    pub transparent: bool,
 }
 
 /// Random numbers.
@@ -213,6 +215,8 @@ pub struct MeshRecord {
     pub name: String,
     /// Where the vertices are.
     pub source: MeshSource,
+    /// Degrees, in (0, 180]: where normals are missing, edges less sharp than this are smoothed; absent: none are.
+    pub crease_angle: Option<f64>,
     /// Where its name is.
     pub origin: Origin,
 }
@@ -247,7 +251,12 @@ pub enum ShapeRecord {
     /// A mesh of [`SceneDescription::meshes`].
     Mesh(Located<String>),
     /// A mesh file.
-    File(Located<PathBuf>),
+    File {
+        /// Relative to [`SceneDescription::folder`].
+        path: Located<PathBuf>,
+        /// As [`MeshRecord::crease_angle`].
+        crease_angle: Option<f64>,
+    },
     /// A sphere.
     Sphere {
         /// Centre, metres.

@@ -16,7 +16,7 @@ use etendue::{
 use etendue_testkit::{Moments, ttest::t_test};
 
 fn film(resolution: [u32; 2], crop: Option<[u32; 4]>, aovs: &[Aov]) -> Result<Film, FilmError> {
-    Film::new(&FilmSettings { resolution, crop, aovs: aovs.to_vec() })
+    Film::new(&FilmSettings { resolution, crop, aovs: aovs.to_vec(), transparent: false })
 }
 
 fn developed(scene: &Scene, settings: &RenderSettings, aovs: &[Aov]) -> Image {

@@ -28,7 +28,7 @@ fn glass(ior: f32) -> Scattering {
 
 fn gold(alpha: f32) -> Scattering {
     let gold = metals::find("gold").expect("a known metal");
-    Scattering::RoughMetal { eta: gold.eta, k: gold.k, alpha, tint: Spectrum::ONE }
+    Scattering::RoughMetal { eta: gold.eta, k: gold.k, alpha: [alpha; 2], tint: Spectrum::ONE }
 }
 
 fn floor_and_wall(parts: &mut Parts) {

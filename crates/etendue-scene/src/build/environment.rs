@@ -5,6 +5,7 @@ use crate::{
     Diagnostic,
     description::{EnvironmentRecord, Located, UpAxis},
     find_file::find_file,
+    image_file::decode_image,
     read::rotation,
 };
 use etendue::{
@@ -58,8 +59,9 @@ impl Loader<'_> {
         if let Some(note) = note {
             self.findings.push(Diagnostic::note(note).at(file.origin.clone()));
         }
-        self.sources.read(&path, self.limits.file_bytes).map_err(|error| error.to_string())?;
-        let image = crate::output::read_image(&path, &Default::default()).map_err(|error| error.to_string())?;
+        let limits = &self.limits.images;
+        let source = self.sources.read(&path, limits.file).map_err(|error| error.to_string())?;
+        let image = decode_image(&path, &self.sources.bytes(source), limits).map_err(|error| error.to_string())?;
         map_of(&image).map_err(|error| format!("{}: {error}", path.display()))
     }
 }

@@ -73,12 +73,14 @@ pub static CAMERA: Section = Section {
 /// The picture.
 pub static FILM: Section = Section {
     name: "[film]",
-    keys: &[all("size"), all("filter"), all("crop"), all("exposure"), all("tonemap"), all("aovs")],
+    keys: &[all("size"), all("filter"), all("crop"), all("exposure"), all("tonemap"), all("aovs"), all("transparent")],
 };
 
 /// Reconstruction.
-pub static FILTER: Section =
-    Section { name: "film.filter", keys: &[all("type"), all("radius"), of("sigma", &["gaussian"])] };
+pub static FILTER: Section = Section {
+    name: "film.filter",
+    keys: &[all("type"), all("radius"), of("sigma", &["gaussian"]), of("b", &["mitchell"]), of("c", &["mitchell"])],
+};
 
 /// Random numbers.
 pub static SAMPLER: Section = Section { name: "[sampler]", keys: &[all("type"), all("spp"), all("seed")] };
@@ -120,7 +122,7 @@ pub static MATERIAL: Section = Section {
         all("normal_scale"),
         of("reflectance", &["diffuse", "mirror"]),
         of("transmittance", &["diffuse"]),
-        of("ior", &["glass", "rough-glass", "mtl"]),
+        of("ior", &["glass", "rough-glass", "mtl", "phong", "principled"]),
         of("reflection_tint", &["glass", "rough-glass"]),
         of("transmission_tint", &["glass", "rough-glass"]),
         of("thin", &["glass"]),
@@ -129,9 +131,21 @@ pub static MATERIAL: Section = Section {
         of("k", &["rough-metal"]),
         of("tint", &["rough-metal"]),
         of("alpha", &["rough-metal", "rough-glass", "mtl"]),
-        of("diffuse", &["mtl"]),
-        of("specular", &["mtl"]),
-        of("transmission", &["mtl"]),
+        of("diffuse", &["mtl", "phong"]),
+        of("specular", &["mtl", "phong", "principled"]),
+        of("exponent", &["phong"]),
+        of("diffuse_transmission", &["phong"]),
+        of("transmission", &["mtl", "phong", "principled"]),
+        of("transmission_exponent", &["phong"]),
+        of("base_color", &["principled"]),
+        of("metallic", &["principled"]),
+        of("roughness", &["principled"]),
+        of("anisotropic", &["principled"]),
+        of("rotation", &["principled"]),
+        of("coat", &["principled"]),
+        of("coat_roughness", &["principled"]),
+        of("sheen", &["principled"]),
+        of("sheen_roughness", &["principled"]),
     ],
 };
 
@@ -165,7 +179,7 @@ pub static EMISSION: Section = Section { name: "emission", keys: &[all("radiance
 /// Geometry to be shared.
 pub static MESH: Section = Section {
     name: "[meshes.NAME]",
-    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs")],
+    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs"), all("crease_angle")],
 };
 
 /// A thing in the scene.
@@ -178,6 +192,7 @@ pub static OBJECT: Section = Section {
         all("transform"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),
+        of("crease_angle", &["mesh"]),
         of("center", &["sphere"]),
         of("radius", &["sphere", "disk"]),
         of("size", &["rectangle", "box"]),

@@ -92,10 +92,9 @@ fn materials(item: Item) -> Option<Vec<MaterialRecord>> {
 }
 
 fn meshes(item: Item) -> Option<Vec<MeshRecord>> {
-    let record = |(entry, item): (&Entry, Item)| MeshRecord {
-        name: entry.key.clone(),
-        source: object::mesh_source(item),
-        origin: entry.origin.clone(),
+    let record = |(entry, item): (&Entry, Item)| {
+        let (source, crease_angle) = object::mesh_source(item);
+        MeshRecord { name: entry.key.clone(), source, crease_angle, origin: entry.origin.clone() }
     };
     Some(named(item, "meshes")?.map(record).collect())
 }
@@ -134,11 +133,19 @@ pub enum ReadError {
     #[error(transparent)]
     Source(#[from] crate::SourceError),
     /// A format that is not read.
-    #[error("cannot read {} as a scene: scenes are read from .toml files", path.display())]
+    #[error("{}", unsupported(path))]
     Unsupported {
         /// The file.
         path: std::path::PathBuf,
     },
+}
+
+fn unsupported(path: &Path) -> String {
+    let path_shown = path.display();
+    match crate::not_read_yet(path) {
+        Some(kind) => format!("{path_shown}: {kind} files are not read yet; scenes are read from .toml files"),
+        None => format!("cannot read {path_shown} as a scene: scenes are read from .toml files"),
+    }
 }
 
 /// An error with its place, for [`references`].

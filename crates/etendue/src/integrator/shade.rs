@@ -73,7 +73,7 @@ pub(super) fn shade(context: &Context, strategy: Strategy, paths: &mut Paths, pa
     let mut textured = Bsdf::Black;
     let vertex = Vertex::new(context, point, &hit, wo, &mut textured);
     if context.wants_layers && paths.progress[path].depth == 1 {
-        paths.first[path] = first_hit(context, &vertex);
+        paths.first[path] = first_hit(context, &vertex, &hit);
     }
     if vertex.point.light != NO_LIGHT {
         add_emission(context, strategy, paths, path, &vertex, &hit);
@@ -134,11 +134,19 @@ impl<'a> Vertex<'a> {
     }
 }
 
-fn first_hit(context: &Context, vertex: &Vertex) -> FirstHit {
+/// What layers keep of a surface that is seen from `wo`, for integrators that do not scatter there.
+pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3) -> FirstHit {
+    let mut textured = Bsdf::Black;
+    first_hit(context, &Vertex::new(context, point, hit, wo, &mut textured), hit)
+}
+
+fn first_hit(context: &Context, vertex: &Vertex, hit: &Hit) -> FirstHit {
     FirstHit {
         albedo: vertex.bsdf.albedo(),
         normal: vertex.point.shading_normal,
         depth: context.camera.depth(vertex.point.position),
+        position: (context.scene.center() + vertex.point.position.as_dvec3()).as_vec3(),
+        uv: context.scene.texture_coordinates(&vertex.point, hit),
         object: vertex.point.id.instance + 1,
         material: vertex.point.material + 1,
     }
