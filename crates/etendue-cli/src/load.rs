@@ -56,11 +56,11 @@ pub fn load(args: &RenderArgs) -> Result<Loaded, Failure> {
         ReadError::Source(_) => Failure::new(Exit::BadInput, e),
     })?;
     tell(&found, &sources, args.quiet);
-    let mut description = description.ok_or(Failure::reported(Exit::BadInput))?;
+    let mut description = description.ok_or(Failure::reported(Exit::of(&found)))?;
     override_description(&mut description, args);
     let input = build(&description, &mut sources, &limits).map_err(|found| {
         report::diagnostics(&found, &sources);
-        Failure::reported(Exit::BadInput)
+        Failure::reported(Exit::of(&found))
     })?;
     tell(&input.findings, &sources, args.quiet);
     Ok(Loaded { input, isa })

@@ -42,7 +42,7 @@ fn room() -> Scene {
     parts.rectangle(dvec3(0.3, 1.6, -1.0), dvec3(1.0, 0.0, 0.0), dvec3(0.0, 0.0, 1.0), lamp);
     parts.sphere(dvec3(-0.7, -0.3, 0.0), 0.7, mirror);
     parts.sphere(dvec3(0.8, -0.5, 0.3), 0.5, veil);
-    parts.0.environment = Some(Spectrum([0.2, 0.3, 0.4]));
+    parts.0.environment = Some(Spectrum([0.2, 0.3, 0.4]).into());
     parts.build()
 }
 
@@ -76,7 +76,7 @@ fn colour_is_multiplied_by_alpha() {
     let mut parts = Parts::default();
     let glow = parts.emitter([1.0; 3], true);
     parts.sphere(DVec3::ZERO, 1.0, glow);
-    parts.0.environment = Some(Spectrum([7.0, 8.0, 9.0]));
+    parts.0.environment = Some(Spectrum([7.0, 8.0, 9.0]).into());
     let scene = parts.build();
     for filter in Filter::ALL {
         let settings = RenderSettings { filter, ..statistics(Integrator::Path, 16) };
@@ -105,7 +105,7 @@ fn a_veil_is_partly_there() {
     let veil = parts.emitter([2.0; 3], true);
     parts.0.materials[veil].opacity = 0.6.into();
     parts.rectangle(dvec3(-9.0, -9.0, 0.0), dvec3(18.0, 0.0, 0.0), dvec3(0.0, 18.0, 0.0), veil);
-    parts.0.environment = Some(Spectrum::splat(5.0));
+    parts.0.environment = Some(Spectrum::splat(5.0).into());
     let image = developed(&parts.build(), &statistics(Integrator::Path, 64), &[], true, DVec3::ZERO);
     let [r, a] = channels(&image, ["R", "A"]);
     let mean = |v: &[f32]| f64::from(v.iter().sum::<f32>()) / f64::from(SIDE * SIDE);
@@ -120,7 +120,7 @@ fn only_what_the_camera_sees_directly_is_transparent() {
     let mut parts = Parts::default();
     let mirror = parts.material(Scattering::Mirror { reflectance: Spectrum::ONE });
     parts.sphere(DVec3::ZERO, 1.0, mirror);
-    parts.0.environment = Some(Spectrum::splat(3.0));
+    parts.0.environment = Some(Spectrum::splat(3.0).into());
     let settings = RenderSettings { filter: Filter::Box { radius: 0.5 }, ..statistics(Integrator::Path, 16) };
     let image = developed(&parts.build(), &settings, &[], true, DVec3::ZERO);
     let [r, a] = channels(&image, ["R", "A"]);
@@ -137,7 +137,7 @@ fn positions_and_texture_coordinates() {
         // A tilted sheet whose texture coordinates are an affine map of its points.
         let (corner, u, v) = (dvec3(-0.9, -0.9, 0.4), dvec3(1.8, 0.1, 0.3), dvec3(0.2, 1.7, -0.6));
         parts.rectangle(shift + corner, u, v, white);
-        parts.0.environment = Some(Spectrum::ONE);
+        parts.0.environment = Some(Spectrum::ONE.into());
         let scene = parts.build();
         for filter in [Filter::default(), Filter::Lanczos { radius: 3.0 }] {
             let settings = RenderSettings { filter, ..statistics(Integrator::Path, 16) };
