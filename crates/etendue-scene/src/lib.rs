@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod build;
+mod crease;
 pub mod description;
 pub mod diagnostic;
 mod find_file;

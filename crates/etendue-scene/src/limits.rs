@@ -13,8 +13,10 @@ pub struct Limits {
     pub library_bytes: u64,
     /// Of one image file.
     pub images: image_file::Limits,
-    /// Triangles in all meshes together, each counted once however many objects share it.
+    /// Triangles in all meshes together, and spheres in mesh files, each counted once however many objects share it.
     pub triangles: usize,
+    /// Shapes that objects place; an object of a mesh file with spheres places several.
+    pub placed: usize,
     /// Vertices of which boxes are taken for `relocate`, in all objects together.
     pub relocated_vertices: usize,
 }
@@ -27,6 +29,7 @@ impl Default for Limits {
             library_bytes: 64 << 20,
             images: image_file::Limits::default(),
             triangles: 1 << 28,
+            placed: 1 << 24,
             relocated_vertices: 1 << 32,
         }
     }

@@ -1,19 +1,16 @@
 //! What a mesh file holds, whatever its format, and reading one by its path.
 
 use crate::{
-    Diagnostic, Diagnostics, FileId, Origin, SourceError, SourceMap, Span, description::TextureRecord, gzip,
-    not_read_yet, obj, off, ply, stl,
+    Diagnostic, Diagnostics, FileId, Origin, SourceError, SourceMap, Span, description::TextureRecord,
+    find_file::find_file, gzip, not_read_yet, obj, off, ply, stl,
 };
 use etendue::{
     material::{Material, Scattering},
     scene::Mesh,
     spectrum::Spectrum,
 };
-use std::{
-    ops::Range,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use glam::DVec3;
+use std::{ops::Range, path::Path, sync::Arc};
 
 /// A mesh file that was read.
 #[derive(Clone, Debug)]
@@ -24,12 +21,26 @@ pub struct MeshFile {
     /// [`Mesh::origin`] is exactly zero, except on axes where the mesh lies many times its own size away from the file's
     /// origin, so that `f32` keeps its detail there.
     pub mesh: Mesh,
-    /// The materials that faces use, in the order of first use; empty if the file names none.
+    /// Spheres beside the mesh (OBJ `sphere`).
+    pub spheres: Vec<Sphere>,
+    /// The materials that faces use, in the order of first use, then those that only spheres use; empty if the file names
+    /// none.
     pub materials: Vec<NamedMaterial>,
     /// Named runs of faces, in the order of the file.
     pub groups: Vec<Group>,
     /// What was approximated, skipped or ignored: no errors.
     pub notes: Diagnostics,
+}
+
+/// A sphere that a mesh file holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre, in the units of the file.
+    pub center: DVec3,
+    /// Radius, above 0.
+    pub radius: f64,
+    /// Index into [`MeshFile::materials`]; 0 if that is empty.
+    pub material: u32,
 }
 
 /// A material that a mesh file names.
@@ -69,6 +80,11 @@ pub struct Library {
 pub type OpenLibrary<'a> = &'a mut dyn FnMut(&str) -> Result<Library, SourceError>;
 
 impl MeshFile {
+    /// A mesh alone.
+    pub fn of_mesh(mesh: Mesh, notes: Diagnostics) -> Self {
+        Self { mesh, spheres: vec![], materials: vec![], groups: vec![], notes }
+    }
+
     /// What faces without a (known) material are made of: grey, half of the light reflected.
     pub fn default_material(name: &str) -> Material<TextureRecord> {
         Material::new(name, Scattering::Diffuse { reflectance: Spectrum::splat(0.5), transmittance: Spectrum::BLACK })
@@ -167,34 +183,9 @@ pub(crate) fn fatal(message: &str, file: FileId) -> Diagnostics {
     found
 }
 
-/// Opens a material library by the name that a mesh file in `folder` gives, forgiving backslashes, differences of case, and
-/// folders that do not exist here.
+/// Opens a material library by the name that a mesh file in `folder` gives; see [`find_file`].
 fn open_library(sources: &mut SourceMap, folder: &Path, name: &str, limit: u64) -> Result<Library, SourceError> {
-    let direct = folder.join(name);
-    let slashed = folder.join(name.replace('\\', "/"));
-    let beside = slashed.file_name().map(|file| folder.join(file));
-    let candidates = [Some(direct.clone()), Some(slashed), beside];
-    let found = candidates.iter().flatten().find(|path| path.is_file()).cloned();
-    let found = found.or_else(|| candidates.iter().flatten().find_map(|path| ignoring_case(path)));
-    // Of what is no ordinary file, only the error is wanted: reading a pipe could wait for ever.
-    let path = match found {
-        Some(path) => path,
-        None if direct.is_dir() => return Err(SourceError::IsDirectory(direct)),
-        None => return Err(SourceError::NotFound(direct)),
-    };
+    let (path, note) = find_file(folder, name)?;
     let file = sources.read(&path, limit)?;
-    let note = (path != direct).then(|| format!("`{name}` read from {}", path.display()));
     Ok(Library { file, bytes: sources.bytes(file), note })
-}
-
-/// Entries of a folder that are looked at.
-const MOST_ENTRIES: usize = 100_000;
-
-/// A file in the same folder whose name differs only in case, the first by name.
-fn ignoring_case(path: &Path) -> Option<PathBuf> {
-    let wanted = path.file_name()?.to_string_lossy().to_lowercase();
-    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let entries = std::fs::read_dir(parent).ok()?.take(MOST_ENTRIES).flatten();
-    let names = entries.map(|entry| entry.file_name()).filter(|name| name.to_string_lossy().to_lowercase() == wanted);
-    names.map(|name| path.with_file_name(name)).filter(|path| path.is_file()).min()
 }

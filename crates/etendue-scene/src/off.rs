@@ -89,7 +89,7 @@ pub fn read(bytes: &[u8], file: FileId) -> Result<MeshFile, Diagnostics> {
     if mesh.indices.is_empty() {
         found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
     }
-    Ok(MeshFile { mesh, materials: vec![], groups: vec![], notes: found })
+    Ok(MeshFile { mesh, spheres: vec![], materials: vec![], groups: vec![], notes: found })
 }
 
 impl Reader<'_> {

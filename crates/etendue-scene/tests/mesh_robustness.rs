@@ -60,6 +60,7 @@ fn obj_text() -> impl Strategy<Value = String> {
         6 => line(vec!["v", "vt", "vn"], number(), 5),
         6 => line(vec!["f"], corner(), 7),
         2 => line(vec!["usemtl", "mtllib", "o", "g", "s"], name(), 2),
+        1 => line(vec!["sphere"], number(), 5),
         1 => line(vec!["l", "p", "vp", "cstype", "foo", ""], number(), 4),
     ];
     prop::collection::vec(lines, 0..30)

@@ -63,7 +63,7 @@ fn read_values<V: Values>(header: &Header, file: FileId, values: V) -> Result<Me
             if mesh.indices.is_empty() {
                 found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
             }
-            Ok(MeshFile { mesh, materials: vec![], groups: vec![], notes: found })
+            Ok(MeshFile::of_mesh(mesh, found))
         }
         _ => Err(found),
     }

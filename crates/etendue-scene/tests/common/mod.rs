@@ -64,6 +64,10 @@ pub fn check(result: &Result<MeshFile, Diagnostics>) {
         assert!(materials.iter().all(|&m| (m as usize) < file.materials.len()));
         assert!(file.materials.len() > 1);
     }
+    for sphere in &file.spheres {
+        assert!(sphere.center.is_finite() && sphere.radius > 0.0 && sphere.radius.is_finite());
+        assert!((sphere.material as usize) < file.materials.len().max(1));
+    }
     for group in &file.groups {
         assert!(group.faces.start < group.faces.end && group.faces.end <= mesh.indices.len());
     }
