@@ -59,7 +59,7 @@ pub struct RenderArgs {
     /// Scene file (.toml)
     pub input: PathBuf,
 
-    /// Picture to write, .png, .exr or .pfm; repeat for several [default: NAME.png and NAME.exr in the working directory]
+    /// Picture to write, .png, .exr, .hdr or .pfm; repeat for several [default: NAME.png and NAME.exr in the working directory]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
@@ -152,14 +152,15 @@ Examples:
 
 relmse is the mean over pixels and channels of (a-b)^2 / (b^2 + 0.01), mse of (a-b)^2, mae of
 |a-b|; b is the reference. Colour is compared where both have it, otherwise the channels of
-floats that both have. PNG files are decoded to linear values first. Pixels that are not finite
+floats that both have. PNG, JPEG and other 8 and 16 bit files are decoded to linear values
+first. Pixels that are not finite
 in either are counted, and left out of the mean.";
 
 /// Arguments of `etendue diff`.
 #[derive(Debug, Args)]
 #[command(before_help = DIFF_EXAMPLES, allow_negative_numbers = true)]
 pub struct DiffArgs {
-    /// Picture (.png, .exr, .pfm)
+    /// Picture (.png, .jpg, .exr, .hdr, .pfm, .tga, .bmp, .webp)
     pub a: PathBuf,
 
     /// Reference
