@@ -2,7 +2,7 @@
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Origin, SourceError, SourceMap, Span, description::TextureRecord,
-    find_file::find_file, gzip, obj, ply, text::pieces::PIECE_BYTES,
+    find_file::find_file, gzip, not_read_yet, obj, off, ply, stl, text::pieces::PIECE_BYTES,
 };
 use etendue::{
     material::{Material, Scattering},
@@ -98,11 +98,16 @@ pub enum MeshFormat {
     Obj,
     /// Stanford PLY.
     Ply,
+    /// STL, binary or text.
+    Stl,
+    /// Geomview's OFF.
+    Off,
 }
 
 impl MeshFormat {
     /// All formats, with the endings of their files; `.gz` may follow each.
-    pub const ALL: [(MeshFormat, &'static str); 2] = [(MeshFormat::Obj, "obj"), (MeshFormat::Ply, "ply")];
+    pub const ALL: [(MeshFormat, &'static str); 4] =
+        [(MeshFormat::Obj, "obj"), (MeshFormat::Ply, "ply"), (MeshFormat::Stl, "stl"), (MeshFormat::Off, "off")];
 
     /// By a path's ending, whatever its case.
     pub fn of_path(path: &Path) -> Option<Self> {
@@ -146,13 +151,14 @@ pub fn open(sources: &mut SourceMap, path: &Path, limits: &MeshLimits) -> Result
 /// messages are places in that.
 ///
 /// # Errors
-/// An unknown ending, broken or too large gzip data, and whatever the format's reader finds; see [`crate::obj::read`] and
-/// [`crate::ply::read`].
+/// An unknown ending, broken or too large gzip data, and whatever the format's reader finds; see [`crate::obj::read`],
+/// [`crate::ply::read`], [`crate::stl::read`] and [`crate::off::read`].
 pub fn read(sources: &mut SourceMap, file: FileId, limits: &MeshLimits) -> Result<MeshFile, Diagnostics> {
     let path = sources.path(file).to_owned();
     let Some(format) = MeshFormat::of_path(&path) else {
-        let message = format!("{} is not of a kind that is read: .obj, .ply, and .gz of these", path.display());
-        return Err(fatal(&message, file));
+        let mut found = Diagnostics::new();
+        found.push(unknown_kind(&path).at(Span::new(file, 0..0)));
+        return Err(found);
     };
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut file = file;
@@ -170,7 +176,20 @@ pub fn read(sources: &mut SourceMap, file: FileId, limits: &MeshLimits) -> Resul
     match format {
         MeshFormat::Ply => ply::read(&bytes, file),
         MeshFormat::Obj => obj::read(bytes, file, &mut |name| open_library(sources, folder, name, limits.library)),
+        MeshFormat::Stl => stl::read(&bytes, file),
+        MeshFormat::Off => off::read(&bytes, file),
     }
+}
+
+/// The error about a file whose ending is of no [`MeshFormat`]: [`Diagnostic::unsupported`] if it is known but not read
+/// yet.
+pub fn unknown_kind(path: &Path) -> Diagnostic {
+    let error = match not_read_yet(path) {
+        Some(kind) => Diagnostic::unsupported(format!("{}: {kind} files are not read yet", path.display())),
+        None => Diagnostic::error(format!("cannot read {} as a mesh", path.display())),
+    };
+    let endings = MeshFormat::ALL.map(|(_, ending)| format!(".{ending}")).join(", ");
+    error.help(format!("meshes are read from files that end in {endings}, also with .gz"))
 }
 
 /// One error about a whole file.

@@ -236,7 +236,7 @@ fn files_that_are_missing_or_foreign() {
     assert_eq!(found[0], "scene.toml:3:8: error: no such file: bunyn.obj; did you mean `bunny.obj`?");
     assert_eq!(
         found[1],
-        "scene.toml:5:8: error: cannot read a.fbx as a mesh; meshes are read from files that end in .obj, .ply, also with .gz"
+        "scene.toml:5:8: error: a.fbx: FBX files are not read yet; meshes are read from files that end in .obj, .ply, .stl, .off, also with .gz"
     );
     assert!(found[2].starts_with("scene.toml:7:8: error: no such file: x/y.ply; there is no folder"), "{}", found[2]);
     assert_eq!(found[3], "scene.toml:8:2: error: unknown key `flim` in the scene file; did you mean `film`?");

@@ -42,13 +42,7 @@ impl Geometry {
 
 /// An error if a mesh file is of no kind that is read.
 pub fn unknown_ending(path: &Path, origin: &Origin) -> Option<Diagnostic> {
-    let error = || {
-        let endings = MeshFormat::ALL.map(|(_, ending)| format!(".{ending}")).join(", ");
-        Diagnostic::error(format!("cannot read {} as a mesh", path.display()))
-            .at(origin.clone())
-            .help(format!("meshes are read from files that end in {endings}, also with .gz"))
-    };
-    MeshFormat::of_path(path).is_none().then(error)
+    MeshFormat::of_path(path).is_none().then(|| mesh_file::unknown_kind(path).at(origin.clone()))
 }
 
 /// A path, and the bits of a crease angle.
@@ -61,9 +55,9 @@ fn add(shape: Shape, parts: &mut SceneParts) -> usize {
 
 /// Loads meshes and collects findings.
 pub struct Loader<'a> {
-    description: &'a SceneDescription,
-    sources: &'a mut SourceMap,
-    limits: &'a Limits,
+    pub(super) description: &'a SceneDescription,
+    pub(super) sources: &'a mut SourceMap,
+    pub(super) limits: &'a Limits,
     names: BTreeMap<&'a str, &'a MeshRecord>,
     inline: BTreeMap<&'a str, Geometry>,
     /// By path and crease angle. `None`: could not be read, which has been reported.

@@ -15,6 +15,9 @@ use std::{
 /// Most libraries that one file may open.
 const MOST_LIBRARIES: usize = 64;
 
+/// Most materials that the faces and spheres of one file may use: each takes more than a kilobyte.
+const MOST_MATERIALS: usize = 1 << 16;
+
 /// Names of `mtllib` that stand in one line are joined if this many or fewer words would have to be.
 const MOST_WORDS: usize = 64;
 
@@ -133,7 +136,16 @@ impl Libraries<'_> {
     }
 
     fn look_up(&mut self, statements: &Statements) -> Used {
-        let mut used = Used { materials: Vec::with_capacity(statements.material_names.len() + 1), of_faces: 0, index: BTreeMap::new() };
+        if let Some(first) = statements.material_names.get(MOST_MATERIALS) {
+            let error = Diagnostic::error(format!("more than {MOST_MATERIALS} materials"));
+            self.found.push(error.at(Span::new(self.file, first.place.clone())));
+            return Used { materials: vec![], of_faces: 0, index: BTreeMap::new() };
+        }
+        let mut used = Used {
+            materials: Vec::with_capacity(statements.material_names.len() + 1),
+            of_faces: 0,
+            index: BTreeMap::new(),
+        };
         for &(_, number) in &statements.materials.runs {
             self.add_used(number, statements, &mut used);
         }

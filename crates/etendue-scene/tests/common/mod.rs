@@ -4,7 +4,7 @@
 use etendue_scene::{
     Diagnostics, SourceError, SourceMap,
     mesh_file::{Library, MeshFile},
-    obj, ply,
+    obj, off, ply, stl,
 };
 use std::sync::Arc;
 
@@ -23,6 +23,18 @@ pub fn read_obj(bytes: &[u8], library: &[u8]) -> Result<MeshFile, Diagnostics> {
 pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, Diagnostics> {
     let file = SourceMap::new().insert("m.ply", vec![]).unwrap();
     ply::read(bytes, file)
+}
+
+/// Reads STL bytes.
+pub fn read_stl(bytes: &[u8]) -> Result<MeshFile, Diagnostics> {
+    let file = SourceMap::new().insert("m.stl", vec![]).unwrap();
+    stl::read(bytes, file)
+}
+
+/// Reads OFF bytes.
+pub fn read_off(bytes: &[u8]) -> Result<MeshFile, Diagnostics> {
+    let file = SourceMap::new().insert("m.off", vec![]).unwrap();
+    off::read(bytes, file)
 }
 
 /// What every mesh promises, and that every refusal has a reason.
