@@ -60,13 +60,13 @@ pub struct Input {
     pub findings: Diagnostics,
 }
 
-/// SHA-256 over the files of a source map in the order of reading: of each its length (8 bytes, little-endian) and bytes.
+/// SHA-256 over the files of a source map in the order of reading: of each its length (8 bytes, little-endian) and its
+/// [digest](SourceMap::digest).
 pub fn scene_hash(sources: &SourceMap) -> [u8; 32] {
     let mut hash = Sha256::new();
     for id in sources.ids() {
-        let bytes = sources.bytes(id);
-        hash.update((bytes.len() as u64).to_le_bytes());
-        hash.update(&bytes[..]);
+        hash.update((sources.length(id) as u64).to_le_bytes());
+        hash.update(sources.digest(id));
     }
     hash.finalize().into()
 }

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod build;
+mod content;
 mod crease;
 pub mod description;
 pub mod diagnostic;

@@ -136,7 +136,7 @@ impl<'a> Loader<'a> {
             return None;
         }
         let limits = MeshLimits { file: self.limits.file_bytes, library: self.limits.library_bytes };
-        let file = match self.sources.read(path, limits.file) {
+        let file = match mesh_file::open(self.sources, path, &limits) {
             Ok(file) => file,
             Err(error) => {
                 self.findings.push(Diagnostic::error(error.to_string()).at(origin.clone()));
