@@ -109,6 +109,7 @@ fn the_command_line_overrides_the_file() {
         "--filter box",
         "--crop 0,0,8,8",
         "--aov depth",
+        "--transparent",
     ] {
         assert_ne!(hash(words), base, "{words}");
     }

@@ -111,7 +111,7 @@ pub fn build_with(
             resolution: film.size,
             crop: film.crop.as_ref().map(|crop| crop.value),
             aovs: film.aovs.clone(),
-            transparent: false,
+            transparent: film.transparent,
         },
         filter: film.filter,
         exposure: film.exposure,

@@ -125,6 +125,8 @@ pub struct FilmRecord {
     pub tonemap: ToneCurve,
     /// Layers beside the colour.
     pub aovs: Vec<Aov>,
+    /// Nothing is to be seen where camera rays meet no surface.
+    pub transparent: bool,
 }
 
 /// Random numbers.

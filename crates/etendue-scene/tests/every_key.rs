@@ -41,6 +41,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[film]", "crop") => "[1, 2, 3, 4]",
         ("[film]", "exposure") => "-1.5",
         ("[film]", "tonemap") => "\"srgb\"",
+        ("[film]", "transparent") => "true",
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
         ("film.filter", "radius" | "sigma" | "b" | "c") => "0.75",
         ("[sampler]", "spp" | "seed") => "9",
@@ -129,9 +130,9 @@ fn settings() {
 
 #[test]
 fn film_with_every_key() {
-    let keys = ["size", "filter", "crop", "exposure", "tonemap", "aovs"];
+    let keys = ["size", "filter", "crop", "exposure", "tonemap", "aovs", "transparent"];
     let lines: String = keys.iter().map(|k| format!("{k} = {}\n", value("[film]", k))).collect();
-    read(&format!("[film]\n{lines}"));
+    assert!(read(&format!("[film]\n{lines}")).film.transparent);
 }
 
 #[test]

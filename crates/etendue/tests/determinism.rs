@@ -10,7 +10,7 @@ use etendue::{
     material::Scattering,
     math::{DAffine3, DVec3, dvec3},
     render::{RenderControl, RenderSettings, render},
-    sampling::Sampler,
+    sampling::{Filter, Sampler},
     scene::{AcceleratorSettings, Scene, SceneParts},
     spectrum::Spectrum,
 };
@@ -89,6 +89,31 @@ fn same_bits_for_any_accelerator_and_instruction_set() {
     for kind in kinds {
         for isa in Isa::available() {
             assert_eq!(reference, bits(&layers(&scene(kind, isa), &base(), None)), "{kind:?} {isa:?}");
+        }
+    }
+}
+
+/// Every sampler and filter, with all layers and a transparent background.
+#[test]
+fn same_bits_for_every_sampler_and_filter() {
+    let scene = scene(AcceleratorKind::Bvh, Isa::detect());
+    let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));
+    let filters = Filter::ALL.map(|filter| (Sampler::default(), filter));
+    let samplers = Sampler::ALL.map(|sampler| (sampler, Filter::default()));
+    for (sampler, filter) in filters.into_iter().chain(samplers) {
+        let picture = |crop, threads, tile, wave| {
+            let settings = FilmSettings { resolution: [24, 18], crop, aovs: Aov::ALL.to_vec(), transparent: true };
+            let film = Film::new(&settings).expect("a film");
+            let settings = RenderSettings { sampler, filter, threads, tile, wave, ..base() };
+            render(&scene, &view, &settings, &film, &RenderControl::default()).expect("valid settings");
+            bits(&film.develop())
+        };
+        let reference = picture(None, 1, 32, 256);
+        assert_eq!(reference, picture(None, 3, 5, 17), "{sampler}, {filter}");
+        let [x0, y0, x1, y1] = [7, 3, 20, 15];
+        for ((name, whole), (_, part)) in reference.iter().zip(&picture(Some([x0, y0, x1, y1]), 2, 4096, 1000)) {
+            let cut: Vec<u32> = (y0..y1).flat_map(|y| (x0..x1).map(move |x| whole[(y * 24 + x) as usize])).collect();
+            assert_eq!(&cut, part, "{name}, {sampler}, {filter}");
         }
     }
 }

@@ -73,7 +73,7 @@ pub static CAMERA: Section = Section {
 /// The picture.
 pub static FILM: Section = Section {
     name: "[film]",
-    keys: &[all("size"), all("filter"), all("crop"), all("exposure"), all("tonemap"), all("aovs")],
+    keys: &[all("size"), all("filter"), all("crop"), all("exposure"), all("tonemap"), all("aovs"), all("transparent")],
 };
 
 /// Reconstruction.

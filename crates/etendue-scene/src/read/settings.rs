@@ -112,6 +112,7 @@ pub fn film(file: &Fields) -> FilmRecord {
         exposure: 0.0,
         tonemap: ToneCurve::default(),
         aovs: Vec::new(),
+        transparent: false,
     };
     let Some(fields) = section(file, "film", &keys::FILM) else { return film };
     let side = |i: Item| i.integer_u32(1, MAX_SIDE);
@@ -123,6 +124,7 @@ pub fn film(file: &Fields) -> FilmRecord {
     let curves = ToneCurve::ALL.map(|t| (t.name(), t));
     film.tonemap = fields.read("tonemap", |i| i.choice(&curves)).unwrap_or(film.tonemap);
     film.aovs = fields.read("aovs", aovs).unwrap_or_default();
+    film.transparent = fields.read("transparent", |i| i.boolean()).unwrap_or(film.transparent);
     fields.finish();
     film
 }

@@ -210,3 +210,26 @@ pub(super) fn zeros<T: Clone + Default>(count: usize) -> Result<Vec<T>, TryReser
     values.resize(count, T::default());
     Ok(values)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pixel keeps the numbers of the layers that were asked for, 16 bytes each, and no others.
+    #[test]
+    fn only_what_is_asked_for_costs_memory() {
+        let cost = |aovs: &[Aov], transparent| {
+            let plan = Plan::new(aovs, transparent);
+            let layers = Layers::new(&plan, 10).expect("memory");
+            (layers.sums.len() / 10, layers.hits.len() / 10, layers.ids.len() / 10)
+        };
+        assert_eq!(cost(&[], false), (0, 0, 0));
+        assert_eq!(cost(&[Aov::Variance, Aov::Samples], false), (0, 0, 0));
+        assert_eq!(cost(&[Aov::Ids], false), (0, 0, 1));
+        assert_eq!(cost(&[Aov::Depth], false), (1, 1, 0));
+        assert_eq!(cost(&[Aov::Direct, Aov::Indirect], false), (3, 0, 0));
+        assert_eq!(cost(&[], true), (1, 0, 0));
+        assert_eq!(cost(&[Aov::Alpha], true), (1, 0, 0));
+        assert_eq!(cost(&Aov::ALL, false), (16, 1, 1));
+    }
+}

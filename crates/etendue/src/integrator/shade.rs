@@ -133,6 +133,12 @@ impl<'a> Vertex<'a> {
     }
 }
 
+/// What layers keep of a surface that is seen from `wo`, for integrators that do not scatter there.
+pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3) -> FirstHit {
+    let mut textured = Bsdf::Black;
+    first_hit(context, &Vertex::new(context, point, hit, wo, &mut textured), hit)
+}
+
 fn first_hit(context: &Context, vertex: &Vertex, hit: &Hit) -> FirstHit {
     FirstHit {
         albedo: vertex.bsdf.albedo(),
