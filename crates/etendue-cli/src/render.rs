@@ -83,8 +83,10 @@ fn warn_of_darkness(job: &load::Job) {
         report::warning(
             "nothing in the scene emits light: the picture will be black; add lights, an environment or emission",
         );
-    } else if integrator == Integrator::Brute && scene.has_point_lights() {
-        report::warning("`brute` does not see point lights: no ray can hit a point; `path` and `light-split` do");
+    } else if integrator == Integrator::Brute && scene.has_delta_lights() {
+        report::warning(
+            "`brute` does not see point, spot and directional lights: no ray can hit them; `path` and `light-split` do",
+        );
     }
 }
 

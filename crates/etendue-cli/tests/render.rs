@@ -139,16 +139,16 @@ fn statistics_and_messages_go_to_standard_error() {
 }
 
 #[test]
-fn brute_says_that_it_does_not_see_point_lights() {
+fn brute_says_that_it_does_not_see_lights_without_extent() {
     let folder = Folder::new();
     let lit = format!("{SCENE}\n[[lights]]\ntype = \"point\"\nposition = [1, 2, 1]\nintensity = 1\n");
     folder.put("lit.toml", lit);
     folder
         .run("render lit.toml --integrator brute -o a.png")
         .with_code(0)
-        .saying(&["`brute` does not see point lights"]);
+        .saying(&["`brute` does not see point, spot and directional lights"]);
     assert!(!folder.run("render lit.toml -o a.png").with_code(0).stderr.contains("brute"));
-    assert!(!folder.run("render scene.toml --integrator brute -o a.png").with_code(0).stderr.contains("point lights"));
+    assert!(!folder.run("render scene.toml --integrator brute -o a.png").with_code(0).stderr.contains("directional"));
 }
 
 #[test]

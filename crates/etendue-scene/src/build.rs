@@ -1,5 +1,6 @@
 //! From a description to what the renderer takes: mesh files loaded, names resolved, transforms composed.
 
+mod environment;
 mod meshes;
 mod textures;
 mod view;
@@ -95,14 +96,15 @@ pub fn build_with(
         builder.place(number, object);
     }
     let camera = view::camera(&description.camera, description.film.size);
+    let environment = description.environment.as_ref().and_then(|record| builder.loader.environment(record));
     let Builder { mut parts, loader, .. } = builder;
     let Loader { mut findings, .. } = loader;
     findings.sort();
     if findings.has_errors() {
         return Err(findings);
     }
-    parts.point_lights = description.lights.iter().map(|light| light.value).collect();
-    parts.environment = description.environment;
+    parts.delta_lights = description.lights.iter().map(|light| light.value).collect();
+    parts.environment = environment;
     let film = &description.film;
     Ok(Input {
         parts,

@@ -1,14 +1,16 @@
 //! Every key of every type reads, and a description holds what was written.
 
 use etendue::{
+    bsdf::{PhongLobes, PrincipledParameters},
     material::{Relief, Scattering},
     math::DVec3,
+    scene::DeltaLight,
     spectrum::Spectrum,
     texture::{Channel, Filtering, Transfer, Wrap},
 };
 use etendue_scene::{
     SourceMap,
-    description::{Lens, SceneDescription, ShapeRecord, Step, View},
+    description::{EnvironmentRecord, Lens, SceneDescription, ShapeRecord, Step, UpAxis, View},
     read_toml,
 };
 use std::path::Path;
@@ -55,8 +57,21 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "normal_scale") => "0.5",
         ("[materials.NAME]", "metal") => "\"gold\"",
         ("[materials.NAME]", "ior") => "1.25",
-        ("[materials.NAME]", "opacity" | "alpha") => "0.5",
+        ("[materials.NAME]", "opacity" | "alpha" | "specular" | "transmission") => "0.5",
+        ("[materials.NAME]", "exponent" | "transmission_exponent") => "50",
+        ("[materials.NAME]", "metallic" | "roughness" | "anisotropic" | "coat" | "coat_roughness") => "0.25",
+        ("[materials.NAME]", "rotation") => "90",
+        ("[materials.NAME]", "sheen_roughness") => "0.75",
         ("[materials.NAME]", _) => "[0.25, 0.5, 0.125]",
+        ("[environment]", "image") => "\"sky.hdr\"",
+        ("[environment]", "rotation") => "-30",
+        ("[environment]", "up") => "\"z\"",
+        ("[environment]", _) => "[1, 2, 3]",
+        ("[[lights]]", "position" | "direction") => "[1, 2, 3]",
+        ("[[lights]]", "target") => "[1, 2, 5]",
+        ("[[lights]]", "angle") => "90",
+        ("[[lights]]", "blend") => "0.5",
+        ("[[lights]]", _) => "[1, 2, 3]",
         ("[[objects]]", "name") => "\"thing\"",
         ("[[objects]]", "material") => "\"m\"",
         ("[[objects]]", "transform") => "[{ scale = 2 }, { translate = [1, 2, 3] }]",
@@ -125,7 +140,42 @@ fn settings() {
     ))
     .film;
     assert_eq!((film.size, film.exposure, film.crop.unwrap().value, film.aovs.len()), ([64, 32], 2.0, [1, 2, 3, 4], 2));
-    assert_eq!(read("[environment]\nradiance = [1, 2, 3]").environment, Some(Spectrum([1.0, 2.0, 3.0])));
+    assert_eq!(
+        read("[environment]\nradiance = [1, 2, 3]").environment,
+        Some(EnvironmentRecord::Constant(Spectrum([1.0, 2.0, 3.0])))
+    );
+}
+
+#[test]
+fn environments() {
+    let environment = |name: &str| all_keys("[environment]", "[environment]", "type", name, &[]).environment.unwrap();
+    let colour = Spectrum([1.0, 2.0, 3.0]);
+    assert_eq!(environment("constant"), EnvironmentRecord::Constant(colour));
+    let gradient = EnvironmentRecord::Gradient { top: colour, horizon: colour, bottom: colour, up: UpAxis::Z };
+    assert_eq!(environment("gradient"), gradient);
+    let EnvironmentRecord::Image { file, strength, rotation, up } = environment("image") else { panic!() };
+    assert_eq!((file.value.as_path(), strength, rotation, up), (Path::new("sky.hdr"), colour, -30.0, UpAxis::Z));
+    // Without a type the other keys tell.
+    let short = |text: &str| read(&format!("[environment]\n{text}")).environment.unwrap();
+    let EnvironmentRecord::Image { strength, up: UpAxis::Y, .. } = short("image = \"a.exr\"") else { panic!() };
+    assert_eq!(strength, Spectrum::ONE);
+    let EnvironmentRecord::Gradient { horizon, bottom, .. } = short("top = 1\nhorizon = 2") else { panic!() };
+    assert_eq!((horizon, bottom), (Spectrum::splat(2.0), Spectrum::splat(2.0)));
+}
+
+#[test]
+fn lights() {
+    let light =
+        |name: &str, left_out: &[&str]| all_keys("[[lights]]", "[[lights]]", "type", name, left_out).lights[0].value;
+    let (at, colour) = (DVec3::new(1.0, 2.0, 3.0), Spectrum([1.0, 2.0, 3.0]));
+    assert_eq!(light("point", &[]), DeltaLight::Point { position: at, intensity: colour });
+    assert_eq!(light("directional", &[]), DeltaLight::Directional { direction: at, irradiance: colour });
+    let spot = |direction| {
+        let half_angle = std::f64::consts::FRAC_PI_4;
+        DeltaLight::Spot { position: at, direction, half_angle, blend: 0.5, intensity: colour }
+    };
+    assert_eq!(light("spot", &["target"]), spot(at));
+    assert_eq!(light("spot", &["direction"]), spot(DVec3::new(0.0, 0.0, 2.0)));
 }
 
 #[test]
@@ -137,7 +187,7 @@ fn film_with_every_key() {
 
 #[test]
 fn materials() {
-    for name in ["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "black"] {
+    for name in ["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "phong", "principled", "black"] {
         let left_out: &[&str] = if name == "rough-metal" { &["bump", "metal"] } else { &["bump"] };
         let scene = all_keys("[materials.NAME]", "[materials.m]", "type", name, left_out);
         let material = &scene.materials[0].material;
@@ -154,7 +204,7 @@ fn materials() {
         &["eta", "k", "normal_map", "normal_scale"],
     );
     let Scattering::RoughMetal { alpha, .. } = &scene.materials[0].material.scattering else { panic!() };
-    assert_eq!(alpha.factor, 0.5);
+    assert_eq!(alpha.each_ref().map(|a| a.factor), [0.5; 2]);
     let Some(Relief::Bump { height }) = &scene.materials[0].material.relief else { panic!() };
     assert_eq!((height.factor, height.texture.as_ref().unwrap().file.value.as_path()), (0.01, Path::new("h.png")));
     let scene = read(
@@ -166,6 +216,42 @@ fn materials() {
     assert!((reflectance[2] - 0.215_86).abs() < 1e-5);
     assert_eq!(scene.materials[0].material.emission.as_ref().unwrap().radiance, Spectrum::splat(3.0).into());
     assert_eq!(scene.materials[1].material.name, "Z z");
+}
+
+#[test]
+fn mixtures() {
+    let metal = read("[materials.m]\ntype = \"rough-metal\"\nmetal = \"iron\"\nalpha = [0.1, { file = \"a.png\" }]");
+    let Scattering::RoughMetal { alpha: [along, across], .. } = &metal.materials[0].material.scattering else {
+        panic!()
+    };
+    assert_eq!((along, across.texture.is_some()), (&0.1.into(), true));
+    let of = |name| all_keys("[materials.NAME]", "[materials.m]", "type", name, &["bump"]);
+    let (color, half) = (Spectrum([0.25, 0.5, 0.125]), Spectrum::splat(0.5));
+    let lobes = PhongLobes {
+        diffuse: color,
+        specular: half,
+        exponent: 50.0,
+        diffuse_transmission: color,
+        transmission: half,
+        transmission_exponent: 50.0,
+        ior: 1.25,
+    };
+    assert_eq!(of("phong").materials[0].material.scattering, Scattering::Phong(lobes).into());
+    let parameters = PrincipledParameters {
+        base_color: color,
+        metallic: 0.25,
+        roughness: 0.25,
+        anisotropic: 0.25,
+        rotation: 90f32.to_radians(),
+        ior: 1.25,
+        specular: 0.5,
+        transmission: 0.5,
+        coat: 0.25,
+        coat_roughness: 0.25,
+        sheen: color,
+        sheen_roughness: 0.75,
+    };
+    assert_eq!(of("principled").materials[0].material.scattering, Scattering::Principled(parameters).into());
 }
 
 #[test]

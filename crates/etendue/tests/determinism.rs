@@ -38,7 +38,7 @@ fn parts() -> SceneParts {
             material,
         );
     }
-    parts.0.environment = Some(Spectrum([0.2, 0.3, 0.4]));
+    parts.0.environment = Some(Spectrum([0.2, 0.3, 0.4]).into());
     parts.0
 }
 

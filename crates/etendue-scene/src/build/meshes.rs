@@ -55,9 +55,9 @@ fn add(shape: Shape, parts: &mut SceneParts) -> usize {
 
 /// Loads meshes and collects findings.
 pub struct Loader<'a> {
-    description: &'a SceneDescription,
-    sources: &'a mut SourceMap,
-    limits: &'a Limits,
+    pub(super) description: &'a SceneDescription,
+    pub(super) sources: &'a mut SourceMap,
+    pub(super) limits: &'a Limits,
     names: BTreeMap<&'a str, &'a MeshRecord>,
     inline: BTreeMap<&'a str, Geometry>,
     /// By path and crease angle. `None`: could not be read, which has been reported.

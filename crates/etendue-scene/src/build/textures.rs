@@ -1,12 +1,10 @@
 //! Image files of textures: each read once, whatever refers to it.
 
 use crate::{
-    Diagnostic, Diagnostics, Limits, Severity, SourceMap,
-    description::TextureRecord,
-    find_file::find_file,
-    image_file::{self, decode_texture},
+    Diagnostic, Diagnostics, Limits, Severity, SourceMap, description::TextureRecord, find_file::find_file,
+    image_file::decode_texture,
 };
-use etendue::texture::{Samples, Texture, TextureImage, Transfer};
+use etendue::texture::{Texture, TextureImage, Transfer};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -84,15 +82,12 @@ impl TextureFiles<'_> {
 }
 
 fn read(path: &Path, files: &mut TextureFiles) -> Result<Arc<TextureImage>, String> {
-    let limits = files.limits.image;
+    let limits = &files.limits.images;
     let file = files.sources.read(path, limits.file).map_err(|error| error.to_string())?;
-    let image = decode_texture(path, &files.sources.bytes(file), &limits).map_err(|error| error.to_string())?;
-    let samples = match image.samples {
-        image_file::Samples::U8(samples) => Samples::U8(samples.into()),
-        image_file::Samples::U16(samples) => Samples::U16(samples.into()),
-        image_file::Samples::F32(samples) => Samples::F32(samples.into()),
-    };
-    let transfer = if image.encoded_srgb { Transfer::Srgb } else { Transfer::Linear };
-    let made = TextureImage::new(image.width, image.height, image.channels.into(), samples, transfer);
-    made.map(Arc::new).map_err(|error| format!("cannot use {}: {error}", path.display()))
+    let bytes = files.sources.bytes(file);
+    let image = decode_texture(path, &bytes, limits).map_err(|error| error.to_string())?;
+    match image.into_texture() {
+        Ok(image) => Ok(Arc::new(image)),
+        Err(error) => Err(format!("{}: {error}", path.display())),
+    }
 }

@@ -1,7 +1,10 @@
 //! Pictures as their files store them.
 
 use super::srgb;
-use etendue::image::{Channel, ChannelData, Image};
+use etendue::{
+    image::{Channel, ChannelData, Image},
+    texture::{self, TextureImage, TextureImageError, Transfer},
+};
 
 /// Samples of a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +52,20 @@ impl RawImage {
     /// True if the last channel is alpha.
     pub fn has_alpha(&self) -> bool {
         self.channels % 2 == 0
+    }
+
+    /// As the renderer looks it up.
+    ///
+    /// # Errors
+    /// If a sample is not finite.
+    pub fn into_texture(self) -> Result<TextureImage, TextureImageError> {
+        let samples = match self.samples {
+            Samples::U8(samples) => texture::Samples::U8(samples.into()),
+            Samples::U16(samples) => texture::Samples::U16(samples.into()),
+            Samples::F32(samples) => texture::Samples::F32(samples.into()),
+        };
+        let transfer = if self.encoded_srgb { Transfer::Srgb } else { Transfer::Linear };
+        TextureImage::new(self.width, self.height, usize::from(self.channels), samples, transfer)
     }
 
     /// Linear `R G B`, and `A` premultiplied if there is alpha.

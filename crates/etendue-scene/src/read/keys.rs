@@ -95,7 +95,20 @@ pub static INTEGRATOR: Section = Section {
 pub static ACCELERATOR: Section = Section { name: "[accelerator]", keys: &[all("type"), of("split", &["kdtree"])] };
 
 /// Light from infinity.
-pub static ENVIRONMENT: Section = Section { name: "[environment]", keys: &[all("radiance")] };
+pub static ENVIRONMENT: Section = Section {
+    name: "[environment]",
+    keys: &[
+        all("type"),
+        of("radiance", &["constant"]),
+        of("image", &["image"]),
+        of("strength", &["image"]),
+        of("rotation", &["image"]),
+        of("top", &["gradient"]),
+        of("horizon", &["gradient"]),
+        of("bottom", &["gradient"]),
+        of("up", &["image", "gradient"]),
+    ],
+};
 
 /// A material.
 pub static MATERIAL: Section = Section {
@@ -109,7 +122,7 @@ pub static MATERIAL: Section = Section {
         all("normal_scale"),
         of("reflectance", &["diffuse", "mirror"]),
         of("transmittance", &["diffuse"]),
-        of("ior", &["glass", "rough-glass", "mtl"]),
+        of("ior", &["glass", "rough-glass", "mtl", "phong", "principled"]),
         of("reflection_tint", &["glass", "rough-glass"]),
         of("transmission_tint", &["glass", "rough-glass"]),
         of("thin", &["glass"]),
@@ -118,9 +131,21 @@ pub static MATERIAL: Section = Section {
         of("k", &["rough-metal"]),
         of("tint", &["rough-metal"]),
         of("alpha", &["rough-metal", "rough-glass", "mtl"]),
-        of("diffuse", &["mtl"]),
-        of("specular", &["mtl"]),
-        of("transmission", &["mtl"]),
+        of("diffuse", &["mtl", "phong"]),
+        of("specular", &["mtl", "phong", "principled"]),
+        of("exponent", &["phong"]),
+        of("diffuse_transmission", &["phong"]),
+        of("transmission", &["mtl", "phong", "principled"]),
+        of("transmission_exponent", &["phong"]),
+        of("base_color", &["principled"]),
+        of("metallic", &["principled"]),
+        of("roughness", &["principled"]),
+        of("anisotropic", &["principled"]),
+        of("rotation", &["principled"]),
+        of("coat", &["principled"]),
+        of("coat_roughness", &["principled"]),
+        of("sheen", &["principled"]),
+        of("sheen_roughness", &["principled"]),
     ],
 };
 
@@ -193,7 +218,19 @@ pub static ROTATE: Section = Section { name: "rotate", keys: &[all("axis"), all(
 pub static LOOK_AT: Section = Section { name: "look_at", keys: &[all("position"), all("target"), all("up")] };
 
 /// A light without extent.
-pub static LIGHT: Section = Section { name: "[[lights]]", keys: &[all("type"), all("position"), all("intensity")] };
+pub static LIGHT: Section = Section {
+    name: "[[lights]]",
+    keys: &[
+        all("type"),
+        of("position", &["point", "spot"]),
+        of("intensity", &["point", "spot"]),
+        of("target", &["spot"]),
+        of("direction", &["spot", "directional"]),
+        of("angle", &["spot"]),
+        of("blend", &["spot"]),
+        of("irradiance", &["directional"]),
+    ],
+};
 
 /// Every section, in the order of the manual.
 pub static SECTIONS: [&Section; 19] = [

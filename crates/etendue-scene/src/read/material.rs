@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{description::TextureRecord, diagnostic::Diagnostic, value::Data};
 use etendue::{
-    bsdf::metals,
+    bsdf::{MIRROR_EXPONENT, PhongLobes, PrincipledParameters, metals},
     material::{Color, Emission, Material, Number, Relief, Scattering},
     spectrum::Spectrum,
 };
@@ -18,6 +18,10 @@ const DEFAULT_IOR: f32 = 1.5;
 const DEFAULT_ALPHA: f32 = 0.1;
 /// Components of a metal's complex index of refraction.
 const METAL: Bounds = Bounds::within(0.0, 100.0);
+/// Exponents of Phong's lobes.
+const EXPONENT: Bounds = Bounds::within(0.0, 1e9);
+/// Degrees.
+const ANGLE: Bounds = Bounds::within(-3600.0, 3600.0);
 
 /// Heights of bumps, metres, and factors of normals.
 const RELIEF: Bounds = Bounds::within(-1e6, 1e6);
@@ -35,16 +39,20 @@ enum Kind {
     RoughMetal,
     RoughGlass,
     Mtl,
+    Phong,
+    Principled,
     Black,
 }
 
-const KINDS: [(&str, Kind); 7] = [
+const KINDS: [(&str, Kind); 9] = [
     ("diffuse", Kind::Diffuse),
     ("mirror", Kind::Mirror),
     ("glass", Kind::Glass),
     ("rough-metal", Kind::RoughMetal),
     ("rough-glass", Kind::RoughGlass),
     ("mtl", Kind::Mtl),
+    ("phong", Kind::Phong),
+    ("principled", Kind::Principled),
     ("black", Kind::Black),
 ];
 
@@ -107,7 +115,8 @@ fn scattering(fields: &Fields, kind: Kind) -> Option<Surface> {
             thin: fields.read("thin", |i| i.boolean()).unwrap_or(false),
         },
         Kind::RoughMetal => {
-            let (tint, alpha) = (albedo("tint", 1.0), alpha(Bounds::UNIT.above()));
+            let tint = albedo("tint", 1.0);
+            let alpha = fields.read("alpha", widths).unwrap_or_else(|| [DEFAULT_ALPHA; 2].map(Number::from));
             let (eta, k) = metal(fields)?;
             Scattering::RoughMetal { eta, k, alpha, tint }
         }
@@ -124,8 +133,69 @@ fn scattering(fields: &Fields, kind: Kind) -> Option<Surface> {
             transmission: albedo("transmission", 0.0),
             ior: ior(),
         },
+        Kind::Phong => Scattering::Phong(phong(fields)),
+        Kind::Principled => Scattering::Principled(principled(fields)),
         Kind::Black => Scattering::Black,
     })
+}
+
+/// A width for all directions, or one along the tangent and one across.
+fn widths(item: Item) -> Option<[Number<TextureRecord>; 2]> {
+    let width = |item| texture::number(item, Bounds::UNIT.above());
+    match item.value.data {
+        Data::Array(_) => item.fixed("an array of 2 numbers", width),
+        _ => width(item).map(|alpha| [alpha.clone(), alpha]),
+    }
+}
+
+/// A number of [`Bounds::UNIT`], a colour of it, and an index of refraction: the parameters of mixtures.
+struct Parameters<'a, 'b>(&'b Fields<'a>);
+
+impl Parameters<'_, '_> {
+    fn color(&self, key: &'static str, default: f32) -> Color<TextureRecord> {
+        self.0.read(key, |i| texture::color(i, Bounds::UNIT)).unwrap_or(Spectrum::splat(default).into())
+    }
+
+    fn number(&self, key: &'static str, bounds: Bounds, default: f32) -> Number<TextureRecord> {
+        self.0.read(key, |i| texture::number(i, bounds)).unwrap_or(default.into())
+    }
+
+    fn unit(&self, key: &'static str, default: f32) -> Number<TextureRecord> {
+        self.number(key, Bounds::UNIT, default)
+    }
+}
+
+fn phong(fields: &Fields) -> PhongLobes<Color<TextureRecord>, Number<TextureRecord>> {
+    let p = Parameters(fields);
+    PhongLobes {
+        diffuse: p.color("diffuse", 0.0),
+        specular: p.color("specular", 0.0),
+        exponent: p.number("exponent", EXPONENT, 20.0),
+        diffuse_transmission: p.color("diffuse_transmission", 0.0),
+        transmission: p.color("transmission", 0.0),
+        transmission_exponent: p.number("transmission_exponent", EXPONENT, MIRROR_EXPONENT),
+        ior: p.number("ior", IOR, 1.0),
+    }
+}
+
+fn principled(fields: &Fields) -> PrincipledParameters<Color<TextureRecord>, Number<TextureRecord>> {
+    let p = Parameters(fields);
+    let mut rotation = p.number("rotation", ANGLE, 0.0);
+    rotation.factor = rotation.factor.to_radians();
+    PrincipledParameters {
+        base_color: p.color("base_color", 0.8),
+        metallic: p.unit("metallic", 0.0),
+        roughness: p.unit("roughness", 0.5),
+        anisotropic: p.unit("anisotropic", 0.0),
+        rotation,
+        ior: p.number("ior", IOR, DEFAULT_IOR),
+        specular: p.unit("specular", 1.0),
+        transmission: p.unit("transmission", 0.0),
+        coat: p.unit("coat", 0.0),
+        coat_roughness: p.unit("coat_roughness", 0.03),
+        sheen: p.color("sheen", 0.0),
+        sheen_roughness: p.unit("sheen_roughness", 0.5),
+    }
 }
 
 /// `metal`, or `eta` and `k`.

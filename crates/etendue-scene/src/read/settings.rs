@@ -1,4 +1,4 @@
-//! Camera, film, sampler, integrator, accelerator, environment.
+//! Camera, film, sampler, integrator, accelerator.
 
 use super::{
     fields::{Fields, Item},
@@ -16,7 +16,6 @@ use etendue::{
     math::DVec3,
     render::MAX_SPP,
     sampling::{Filter, Sampler},
-    spectrum::Spectrum,
     tonemap::ToneCurve,
 };
 use etendue_accel::{AcceleratorKind, KdTreeSplit};
@@ -39,7 +38,7 @@ pub fn any_camera(origin: &Origin) -> CameraRecord {
 }
 
 /// The fields of a section that may be absent as a whole.
-fn section<'a>(file: &Fields<'a>, key: &str, section: &'static keys::Section) -> Option<Fields<'a>> {
+pub(super) fn section<'a>(file: &Fields<'a>, key: &str, section: &'static keys::Section) -> Option<Fields<'a>> {
     file.read(key, |item| item.table(section, &format!("[{key}]")))
 }
 
@@ -228,12 +227,4 @@ pub fn accelerator(file: &Fields) -> AcceleratorKind {
     }
     fields.finish();
     kind
-}
-
-/// `[environment]`.
-pub fn environment(file: &Fields) -> Option<Spectrum> {
-    let fields = section(file, "environment", &keys::ENVIRONMENT)?;
-    let radiance = fields.need("radiance", |i| i.colour(Bounds::LIGHT));
-    fields.finish();
-    radiance
 }

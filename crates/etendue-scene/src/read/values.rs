@@ -109,11 +109,7 @@ impl<'a> Item<'a> {
     }
 
     /// Exactly `N` items, each as `parse` understands it; reports every bad one.
-    pub fn fixed<T: Copy, const N: usize>(
-        &self,
-        expected: &str,
-        parse: impl Fn(Item<'a>) -> Option<T>,
-    ) -> Option<[T; N]> {
+    pub fn fixed<T, const N: usize>(&self, expected: &str, parse: impl Fn(Item<'a>) -> Option<T>) -> Option<[T; N]> {
         let items = self.array(expected)?;
         if items.len() != N {
             let message = format!("`{}` must be {expected}, but has {} items", self.name, items.len());

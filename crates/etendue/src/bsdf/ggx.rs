@@ -28,6 +28,12 @@ impl Ggx {
             .then(|| Self { alpha_x: alpha_x.max(ALPHA_MIN), alpha_y: alpha_y.max(ALPHA_MIN) })
     }
 
+    /// True if the widths along x and y differ.
+    #[inline]
+    pub fn is_anisotropic(&self) -> bool {
+        self.alpha_x != self.alpha_y
+    }
+
     /// Density of normals D(m): facet area per area of surface and steradian; `m` unit.
     #[inline]
     pub fn density(&self, m: Vec3) -> f32 {

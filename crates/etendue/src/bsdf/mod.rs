@@ -11,6 +11,7 @@
 //! Directions exactly in the surface's plane (z = 0) scatter nothing.
 
 mod diffuse;
+pub mod directional_albedo;
 pub mod fresnel;
 pub mod ggx;
 mod glass;
@@ -18,8 +19,11 @@ mod glass;
 pub mod metals;
 mod mirror;
 mod mtl;
+mod phong;
+mod principled;
 mod rough_glass;
 mod rough_metal;
+mod sheen;
 
 use crate::{math::Vec3, spectrum::Spectrum};
 
@@ -27,6 +31,8 @@ pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use mirror::Mirror;
 pub use mtl::Mtl;
+pub use phong::{MIRROR_EXPONENT, Phong, PhongLobes};
+pub use principled::{Principled, PrincipledParameters};
 pub use rough_glass::RoughGlass;
 pub use rough_metal::RoughMetal;
 
@@ -77,6 +83,9 @@ trait Scatter {
     fn is_delta(&self) -> bool;
     fn transmits(&self) -> bool;
     fn albedo(&self) -> Spectrum;
+    fn is_anisotropic(&self) -> bool {
+        false
+    }
 }
 
 /// How a point of a surface scatters: what a [`Material`](crate::material::Material) becomes once its parameters are
@@ -95,6 +104,10 @@ pub enum Bsdf {
     RoughGlass(RoughGlass),
     /// Mixture of diffuse, specular and refracting lobes.
     Mtl(Mtl),
+    /// Mixture of diffuse and glossy reflection and transmission.
+    Phong(Phong),
+    /// Coat and sheen over metal, opaque and clear dielectric.
+    Principled(Principled),
     /// Scatters nothing.
     Black,
 }
@@ -108,6 +121,8 @@ macro_rules! dispatch {
             Bsdf::RoughMetal($b) => $call,
             Bsdf::RoughGlass($b) => $call,
             Bsdf::Mtl($b) => $call,
+            Bsdf::Phong($b) => $call,
+            Bsdf::Principled($b) => $call,
             Bsdf::Black => {
                 let $b = &Black;
                 $call
@@ -140,6 +155,13 @@ impl Bsdf {
     #[inline]
     pub fn transmits(&self) -> bool {
         dispatch!(self, b => b.transmits())
+    }
+
+    /// True if it looks different when the surface is turned about its normal, so that the frame's x must be along the
+    /// surface's tangent.
+    #[inline]
+    pub fn is_anisotropic(&self) -> bool {
+        dispatch!(self, b => b.is_anisotropic())
     }
 
     /// Share of light from along the normal that is scattered, per channel, in [0, 1]; of rough surfaces that of their

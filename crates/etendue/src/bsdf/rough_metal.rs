@@ -87,4 +87,9 @@ impl Scatter for RoughMetal {
     fn albedo(&self) -> Spectrum {
         self.reflectance(1.0)
     }
+
+    #[inline]
+    fn is_anisotropic(&self) -> bool {
+        self.ggx.is_some_and(|ggx| ggx.is_anisotropic())
+    }
 }

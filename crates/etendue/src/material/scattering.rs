@@ -2,7 +2,9 @@
 
 use super::{Color, Number};
 use crate::{
-    bsdf::{Bsdf, Diffuse, Glass, Mirror, Mtl, RoughGlass, RoughMetal},
+    bsdf::{
+        Bsdf, Diffuse, Glass, Mirror, Mtl, Phong, PhongLobes, Principled, PrincipledParameters, RoughGlass, RoughMetal,
+    },
     math::Vec2,
     spectrum::Spectrum,
 };
@@ -41,8 +43,9 @@ pub enum Scattering<C = Spectrum, N = f32> {
         eta: C,
         /// Imaginary part.
         k: C,
-        /// GGX alpha, in [0, 1]; below [`ALPHA_MIN`](crate::bsdf::ggx::ALPHA_MIN) the metal is smooth.
-        alpha: N,
+        /// GGX alpha along the tangent (u) and across, in [0, 1]; with both below
+        /// [`ALPHA_MIN`](crate::bsdf::ggx::ALPHA_MIN) the metal is smooth.
+        alpha: [N; 2],
         /// Multiplies the reflection.
         tint: C,
     },
@@ -71,6 +74,11 @@ pub enum Scattering<C = Spectrum, N = f32> {
         /// `Ni`.
         ior: N,
     },
+    /// Diffuse and glossy reflection and transmission, without Fresnel's equations; each channel's shares are scaled down
+    /// together where they sum to more than 1. See [`Phong`].
+    Phong(PhongLobes<C, N>),
+    /// Coat and sheen over metal, opaque and clear dielectric. See [`Principled`].
+    Principled(PrincipledParameters<C, N>),
     /// Scatters nothing: a pure emitter, or an invisible boundary with `opacity` 0.
     Black,
 }
@@ -81,6 +89,10 @@ pub const INDEX_RANGE: RangeInclusive<f32> = 1e-3..=1e3;
 pub(super) const UNIT: RangeInclusive<f32> = 0.0..=1.0;
 /// Components of a metal's index of refraction.
 const METAL: RangeInclusive<f32> = 0.0..=1e3;
+/// Exponents of Phong's lobes.
+const EXPONENT: RangeInclusive<f32> = 0.0..=1e9;
+/// Radians: beyond, a turn more or less would be lost in rounding.
+const ANGLE: RangeInclusive<f32> = -1e3..=1e3;
 
 impl<C, N> Scattering<C, N> {
     /// Maps every parameter, given its name, the range of its values, and itself. This is the one list of parameters.
@@ -110,7 +122,7 @@ impl<C, N> Scattering<C, N> {
             Self::RoughMetal { eta, k, alpha, tint } => Scattering::RoughMetal {
                 eta: color("eta", METAL, eta)?,
                 k: color("k", METAL, k)?,
-                alpha: number("alpha", UNIT, alpha)?,
+                alpha: [number("alpha", UNIT, &alpha[0])?, number("alpha", UNIT, &alpha[1])?],
                 tint: color("tint", UNIT, tint)?,
             },
             Self::RoughGlass { ior, alpha, reflection_tint, transmission_tint } => Scattering::RoughGlass {
@@ -126,6 +138,29 @@ impl<C, N> Scattering<C, N> {
                 transmission: color("transmission", UNIT, transmission)?,
                 ior: number("ior", INDEX_RANGE, ior)?,
             },
+            Self::Phong(p) => Scattering::Phong(PhongLobes {
+                diffuse: color("diffuse", UNIT, &p.diffuse)?,
+                specular: color("specular", UNIT, &p.specular)?,
+                exponent: number("exponent", EXPONENT, &p.exponent)?,
+                diffuse_transmission: color("diffuse_transmission", UNIT, &p.diffuse_transmission)?,
+                transmission: color("transmission", UNIT, &p.transmission)?,
+                transmission_exponent: number("transmission_exponent", EXPONENT, &p.transmission_exponent)?,
+                ior: number("ior", INDEX_RANGE, &p.ior)?,
+            }),
+            Self::Principled(p) => Scattering::Principled(PrincipledParameters {
+                base_color: color("base_color", UNIT, &p.base_color)?,
+                metallic: number("metallic", UNIT, &p.metallic)?,
+                roughness: number("roughness", UNIT, &p.roughness)?,
+                anisotropic: number("anisotropic", UNIT, &p.anisotropic)?,
+                rotation: number("rotation", ANGLE, &p.rotation)?,
+                ior: number("ior", INDEX_RANGE, &p.ior)?,
+                specular: number("specular", UNIT, &p.specular)?,
+                transmission: number("transmission", UNIT, &p.transmission)?,
+                coat: number("coat", UNIT, &p.coat)?,
+                coat_roughness: number("coat_roughness", UNIT, &p.coat_roughness)?,
+                sheen: color("sheen", UNIT, &p.sheen)?,
+                sheen_roughness: number("sheen_roughness", UNIT, &p.sheen_roughness)?,
+            }),
             Self::Black => Scattering::Black,
         })
     }
@@ -185,7 +220,7 @@ impl Scattering {
             Self::Glass { ior, reflection_tint, transmission_tint, thin } => {
                 Bsdf::Glass(Glass::new(ior, reflection_tint, transmission_tint, thin))
             }
-            Self::RoughMetal { eta, k, alpha, tint } => Bsdf::RoughMetal(RoughMetal::new(eta, k, [alpha; 2], tint)),
+            Self::RoughMetal { eta, k, alpha, tint } => Bsdf::RoughMetal(RoughMetal::new(eta, k, alpha, tint)),
             Self::RoughGlass { ior, alpha, reflection_tint, transmission_tint } => {
                 match RoughGlass::new(ior, [alpha; 2], reflection_tint, transmission_tint) {
                     Ok(rough) => Bsdf::RoughGlass(rough),
@@ -195,6 +230,8 @@ impl Scattering {
             Self::Mtl { diffuse, specular, alpha, transmission, ior } => {
                 Bsdf::Mtl(Mtl::new(diffuse, specular, alpha, transmission, ior))
             }
+            Self::Phong(lobes) => Bsdf::Phong(Phong::new(&lobes)),
+            Self::Principled(parameters) => Bsdf::Principled(Principled::new(&parameters)),
             Self::Black => Bsdf::Black,
         }
     }

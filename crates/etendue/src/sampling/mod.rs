@@ -8,6 +8,7 @@
 mod distribution;
 mod filter;
 mod filter_table;
+mod grid;
 mod hash;
 mod independent;
 mod latin_hypercube;
@@ -22,6 +23,7 @@ use std::str::FromStr;
 use crate::film::UnknownName;
 pub use distribution::{Choice, Distribution1D, DistributionError};
 pub use filter::{Filter, FilterSampler};
+pub use grid::{Cell, Distribution2D};
 use hash::{GOLDEN, mix, to_unit};
 use independent::Independent;
 use latin_hypercube::LatinHypercube;

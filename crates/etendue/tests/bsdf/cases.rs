@@ -1,7 +1,7 @@
 //! The list of parameter sets that the generic tests run over.
 
 use etendue::{
-    bsdf::{Bsdf, metals},
+    bsdf::{Bsdf, PhongLobes, PrincipledParameters, metals},
     material::{Material, Scattering},
     math::{Vec3, vec3},
     spectrum::Spectrum,
@@ -27,6 +27,8 @@ kinds!(
     Bsdf::RoughMetal(_),
     Bsdf::RoughGlass(_),
     Bsdf::Mtl(_),
+    Bsdf::Phong(_),
+    Bsdf::Principled(_),
     Bsdf::Black,
 );
 
@@ -46,6 +48,8 @@ impl Case {
         let index = match scattering {
             Scattering::Glass { ior, thin: false, .. } | Scattering::RoughGlass { ior, .. } => ior,
             Scattering::Mtl { ior, .. } => ior,
+            Scattering::Phong(PhongLobes { ior, .. }) => ior,
+            Scattering::Principled(PrincipledParameters { ior, .. }) => ior,
             _ => 1.0,
         };
         let name = name.into();
@@ -60,7 +64,9 @@ impl Case {
         match &mut scattering {
             Scattering::Glass { ior, thin: false, .. }
             | Scattering::RoughGlass { ior, .. }
-            | Scattering::Mtl { ior, .. } => *ior = 1.0 / *ior,
+            | Scattering::Mtl { ior, .. }
+            | Scattering::Phong(PhongLobes { ior, .. })
+            | Scattering::Principled(PrincipledParameters { ior, .. }) => *ior = 1.0 / *ior,
             _ => {}
         }
         scattering.bsdf()
@@ -106,12 +112,20 @@ pub fn cases() -> Vec<Case> {
             }
         }
     }
-    for (name, alpha) in [("gold", 0.3), ("silver", 0.05), ("chromium", 1.0), ("copper", 0.01), ("aluminium", 0.0)] {
+    for (name, alpha) in [
+        ("gold", [0.3, 0.3]),
+        ("silver", [0.05, 0.05]),
+        ("chromium", [1.0, 1.0]),
+        ("copper", [0.01, 0.01]),
+        ("iron", [0.6, 0.2]),
+        ("nickel", [0.0, 0.4]),
+        ("aluminium", [0.0, 0.0]),
+    ] {
         let metal = metals::find(name).unwrap();
         let scattering = Scattering::RoughMetal { eta: metal.eta, k: metal.k, alpha, tint: rgb(1.0, 0.9, 0.8) };
-        cases.push(Case::new(format!("rough metal {name} {alpha}"), scattering, false));
+        cases.push(Case::new(format!("rough metal {name} {alpha:?}"), scattering, false));
     }
-    let lossless_metal = Scattering::RoughMetal { eta: black, k: Spectrum::splat(2.0), alpha: 0.0, tint: one };
+    let lossless_metal = Scattering::RoughMetal { eta: black, k: Spectrum::splat(2.0), alpha: [0.0; 2], tint: one };
     cases.push(Case::new("rough metal without loss", lossless_metal, true));
     for (ior, alpha) in [(1.5, 0.2), (1.5, 0.6), (1.33, 0.02), (0.6, 0.3), (2.0, 1.0), (1.1, 0.3)] {
         for (what, reflection_tint, transmission_tint) in
@@ -139,8 +153,121 @@ pub fn cases() -> Vec<Case> {
     ] {
         cases.push(Case::new(format!("mtl {name}"), scattering, lossless));
     }
+    phong_cases(&mut cases);
+    principled_cases(&mut cases);
     cases.push(Case::new("black", Scattering::Black, false));
     cases
+}
+
+fn phong_cases(cases: &mut Vec<Case>) {
+    let black = Spectrum::BLACK;
+    let lobes = |kd, ks, k, td, ts, kt, ior| {
+        Scattering::Phong(PhongLobes {
+            diffuse: kd,
+            specular: ks,
+            exponent: k,
+            diffuse_transmission: td,
+            transmission: ts,
+            transmission_exponent: kt,
+            ior,
+        })
+    };
+    let (some, blue, green) = (rgb(0.3, 0.2, 0.1), rgb(0.1, 0.1, 0.6), rgb(0.2, 0.3, 0.1));
+    let (one, half) = (Spectrum::ONE, Spectrum::splat(0.5));
+    for (name, scattering, lossless) in [
+        ("diffuse", lobes(half, black, 20.0, half, black, 20.0, 1.0), true),
+        ("glossy 20", lobes(black, one, 20.0, black, black, 20.0, 1.0), false),
+        ("glossy 0", lobes(some, blue, 0.0, black, black, 0.0, 1.0), false),
+        ("glossy 900", lobes(some, blue, 900.0, black, black, 0.0, 1.0), false),
+        ("mirror", lobes(some, rgb(0.7, 0.8, 0.9), 1000.0, black, black, 0.0, 1.0), true),
+        ("clear", lobes(black, black, 0.0, black, one, 1e9, 1.5), true),
+        ("dragon", lobes(Spectrum::splat(0.1), black, 0.0, black, Spectrum::splat(0.9), 1000.0, 1.5), true),
+        ("straight", lobes(black, black, 0.0, black, one, 30.0, 1.0), false),
+        ("frosted 40", lobes(black, black, 0.0, black, one, 40.0, 1.5), false),
+        ("frosted 5, inverse", lobes(black, black, 0.0, green, blue, 5.0, 0.7), false),
+        ("all", lobes(some, blue, 15.0, green, rgb(0.3, 0.1, 0.2), 60.0, 1.3), false),
+        ("all, specular", lobes(some, blue, 2000.0, green, rgb(0.3, 0.1, 0.2), 2000.0, 1.3), false),
+        ("too much", lobes(one, half, 1000.0, black, half, 1000.0, 2.0), true),
+        ("black", lobes(black, black, 10.0, black, black, 10.0, 1.5), false),
+    ] {
+        cases.push(Case::new(format!("phong {name}"), scattering, lossless));
+    }
+}
+
+/// White plastic of middle roughness.
+pub const PLASTIC: PrincipledParameters = PrincipledParameters {
+    base_color: Spectrum::ONE,
+    metallic: 0.0,
+    roughness: 0.5,
+    anisotropic: 0.0,
+    rotation: 0.0,
+    ior: 1.5,
+    specular: 1.0,
+    transmission: 0.0,
+    coat: 0.0,
+    coat_roughness: 0.4,
+    sheen: Spectrum::BLACK,
+    sheen_roughness: 0.5,
+};
+
+fn principled_cases(cases: &mut Vec<Case>) {
+    let (one, gold) = (Spectrum::ONE, rgb(1.0, 0.8, 0.3));
+    for (name, parameters) in [
+        ("plastic", PLASTIC),
+        ("rough plastic", PrincipledParameters { roughness: 1.0, ..PLASTIC }),
+        ("polished plastic", PrincipledParameters { roughness: 0.0, base_color: gold, ..PLASTIC }),
+        ("without specular", PrincipledParameters { specular: 0.0, ..PLASTIC }),
+        ("metal", PrincipledParameters { metallic: 1.0, base_color: gold, ..PLASTIC }),
+        ("mirror", PrincipledParameters { metallic: 1.0, roughness: 0.0, ..PLASTIC }),
+        ("half metal", PrincipledParameters { metallic: 0.5, roughness: 0.3, base_color: gold, ..PLASTIC }),
+        (
+            "brushed metal",
+            PrincipledParameters { metallic: 1.0, roughness: 0.4, anisotropic: 0.9, rotation: 0.7, ..PLASTIC },
+        ),
+        ("brushed plastic", PrincipledParameters { roughness: 0.6, anisotropic: 1.0, rotation: -2.0, ..PLASTIC }),
+        ("coat", PrincipledParameters { coat: 1.0, coat_roughness: 0.3, base_color: gold, ..PLASTIC }),
+        ("polished coat", PrincipledParameters { coat: 0.7, coat_roughness: 0.0, ..PLASTIC }),
+        ("polished twice", PrincipledParameters { coat: 1.0, coat_roughness: 0.0, roughness: 0.0, ..PLASTIC }),
+        ("cloth", PrincipledParameters { sheen: one, sheen_roughness: 0.3, base_color: gold, ..PLASTIC }),
+        ("coated cloth", PrincipledParameters { sheen: gold, sheen_roughness: 1.0, coat: 0.5, ..PLASTIC }),
+        ("clear", PrincipledParameters { transmission: 1.0, roughness: 0.0, ..PLASTIC }),
+        ("frosted", PrincipledParameters { transmission: 1.0, roughness: 0.4, base_color: gold, ior: 1.3, ..PLASTIC }),
+        ("inverse", PrincipledParameters { transmission: 0.8, roughness: 0.5, ior: 0.7, ..PLASTIC }),
+        ("no change of index", PrincipledParameters { transmission: 0.5, ior: 1.0, roughness: 0.3, ..PLASTIC }),
+        (
+            "all",
+            PrincipledParameters {
+                base_color: gold,
+                metallic: 0.3,
+                roughness: 0.5,
+                anisotropic: 0.5,
+                rotation: 1.0,
+                ior: 1.7,
+                specular: 0.8,
+                transmission: 0.4,
+                coat: 0.6,
+                coat_roughness: 0.5,
+                sheen: rgb(0.1, 0.4, 0.8),
+                sheen_roughness: 0.6,
+            },
+        ),
+        (
+            "all, polished",
+            PrincipledParameters {
+                metallic: 0.3,
+                roughness: 0.0,
+                transmission: 0.4,
+                coat: 0.6,
+                coat_roughness: 0.0,
+                sheen: Spectrum::splat(0.5),
+                ..PLASTIC
+            },
+        ),
+        ("nothing", PrincipledParameters { base_color: Spectrum::BLACK, specular: 0.0, ..PLASTIC }),
+    ] {
+        let lossless = ["mirror", "clear", "without specular"].contains(&name);
+        cases.push(Case::new(format!("principled {name}"), Scattering::Principled(parameters), lossless));
+    }
 }
 
 /// Directions from the normal to grazing, on both sides.
@@ -182,5 +309,5 @@ fn every_kind_has_a_case() {
 
 #[test]
 fn a_bsdf_is_small() {
-    assert!(size_of::<Bsdf>() <= 64, "{} bytes", size_of::<Bsdf>());
+    assert!(size_of::<Bsdf>() <= 128, "{} bytes", size_of::<Bsdf>());
 }

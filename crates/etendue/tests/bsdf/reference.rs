@@ -146,7 +146,7 @@ fn f64s(v: Vec3) -> [f64; 3] {
 fn rough_metal_is_the_papers_formula() {
     let (eta, k) = (Spectrum([0.2, 1.0, 1.5]), Spectrum([3.5, 2.5, 1.9]));
     for alpha in [0.02f32, 0.2, 0.7, 1.0] {
-        let metal = Scattering::RoughMetal { eta, k, alpha, tint: Spectrum([1.0, 0.5, 0.25]) }.bsdf();
+        let metal = Scattering::RoughMetal { eta, k, alpha: [alpha; 2], tint: Spectrum([1.0, 0.5, 0.25]) }.bsdf();
         let mut rng = Rng::new(15);
         for i in 0..4000 {
             let wo = random_direction(&mut rng);
@@ -292,7 +292,7 @@ fn visible_normals_follow_their_density() {
 fn small_widths_tend_to_specular() {
     let alpha = 1.5 * ggx::ALPHA_MIN;
     let (eta, k) = (Spectrum::splat(0.2), Spectrum::splat(3.5));
-    let metal = Scattering::RoughMetal { eta, k, alpha, tint: Spectrum::ONE }.bsdf();
+    let metal = Scattering::RoughMetal { eta, k, alpha: [alpha; 2], tint: Spectrum::ONE }.bsdf();
     let glass = rough_glass(1.5, alpha);
     for (theta, side) in [(10.0, 1.0), (60.0, 1.0), (75.0, 1.0), (20.0, -1.0), (60.0, -1.0)] {
         let wo = direction(theta, 77.0, side);

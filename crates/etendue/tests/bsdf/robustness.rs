@@ -2,7 +2,7 @@
 
 use crate::cases::{cases, random_direction};
 use etendue::{
-    bsdf::{Bsdf, BsdfEval, Density},
+    bsdf::{Bsdf, BsdfEval, Density, PhongLobes, PrincipledParameters},
     material::{Material, Scattering},
     math::{Vec3, vec3},
     spectrum::Spectrum,
@@ -41,21 +41,55 @@ fn extreme_index(rng: &mut Rng) -> f32 {
     INDICES[rng.u32() as usize % INDICES.len()]
 }
 
+fn extreme_alpha(rng: &mut Rng) -> f32 {
+    [0.0, 9.9e-4, 1e-3, 1.1e-3, 0.01, 0.3, 1.0][rng.u32() as usize % 7]
+}
+
+fn extreme_exponent(rng: &mut Rng) -> f32 {
+    [0.0, 1e-30, 1.0, 30.0, 999.0, 1000.0, 1e9][rng.u32() as usize % 7]
+}
+
 fn extreme_material(rng: &mut Rng) -> Scattering {
-    let alpha = [0.0, 9.9e-4, 1e-3, 1.1e-3, 0.01, 0.3, 1.0][rng.u32() as usize % 7];
+    let alpha = extreme_alpha(rng);
     let ior = extreme_index(rng);
     let (a, b, c) = (extreme_color(rng), extreme_color(rng), extreme_color(rng));
     let thin = rng.u32().is_multiple_of(2);
-    match rng.u32() % 6 {
+    match rng.u32() % 8 {
         0 => Scattering::Diffuse { reflectance: a, transmittance: (Spectrum::ONE - a) * b },
         1 => Scattering::Mirror { reflectance: a },
         2 => Scattering::Glass { ior, reflection_tint: a, transmission_tint: b, thin },
         3 => {
             let eta = Spectrum([ior, extreme_index(rng), extreme_index(rng)]);
-            Scattering::RoughMetal { eta, k: a * extreme_index(rng), alpha, tint: b }
+            Scattering::RoughMetal { eta, k: a * extreme_index(rng), alpha: [alpha, extreme_alpha(rng)], tint: b }
         }
         4 => Scattering::RoughGlass { ior, alpha, reflection_tint: a, transmission_tint: b },
-        _ => Scattering::Mtl { diffuse: a, specular: b, alpha, transmission: c, ior },
+        5 => Scattering::Mtl { diffuse: a, specular: b, alpha, transmission: c, ior },
+        6 => Scattering::Phong(PhongLobes {
+            diffuse: a,
+            specular: b,
+            exponent: extreme_exponent(rng),
+            diffuse_transmission: a * b,
+            transmission: c,
+            transmission_exponent: extreme_exponent(rng),
+            ior,
+        }),
+        _ => {
+            let mut unit = || [0.0, 1.0, 1e-38, 1e-10, 1e-2, rng.f32(), rng.f32()][rng.u32() as usize % 7];
+            Scattering::Principled(PrincipledParameters {
+                base_color: a,
+                metallic: unit(),
+                roughness: unit(),
+                anisotropic: unit(),
+                rotation: 4.0 * unit() - 2.0,
+                ior,
+                specular: unit(),
+                transmission: unit(),
+                coat: unit(),
+                coat_roughness: unit(),
+                sheen: b,
+                sheen_roughness: unit(),
+            })
+        }
     }
 }
 

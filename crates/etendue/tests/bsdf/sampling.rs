@@ -42,7 +42,11 @@ fn samples_follow_their_density() {
                 },
             };
             let pdf = |w: [f64; 3]| f64::from(case.bsdf.eval(wo, vec3(w[0] as f32, w[1] as f32, w[2] as f32)).pdf);
+            // Where frosted glass is entered along its surface, the density beyond is infinite at the critical angle and
+            // zero behind it: the rounding of directions takes some across.
+            let has_pole = matches!(case.bsdf, Bsdf::Phong(_)) && case.index != 1.0;
             ChiSquare::new(samples)
+                .stray_fraction(if has_pole { 5e-4 } else { 1e-5 })
                 .cells(cells)
                 .seed((i * 100 + j) as u64)
                 .discrete(&discrete_probabilities(&case.bsdf, wo))

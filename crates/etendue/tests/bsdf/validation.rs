@@ -1,7 +1,8 @@
 //! Materials that make no sense are refused, by name.
 
+use crate::cases::PLASTIC;
 use etendue::{
-    bsdf::Bsdf,
+    bsdf::{Bsdf, PhongLobes, PrincipledParameters},
     material::{Emission, Material, MaterialError, Scattering},
     spectrum::Spectrum,
 };
@@ -25,8 +26,9 @@ fn spoilt(color: Spectrum, number: f32) -> Vec<(&'static str, Scattering)> {
             "transmission_tint",
             Scattering::Glass { ior: 1.5, reflection_tint: one, transmission_tint: color, thin: true },
         ),
-        ("alpha", Scattering::RoughMetal { eta: GREY, k: one, alpha: number, tint: one }),
-        ("tint", Scattering::RoughMetal { eta: GREY, k: one, alpha: 0.1, tint: color }),
+        ("alpha", Scattering::RoughMetal { eta: GREY, k: one, alpha: [number, 0.1], tint: one }),
+        ("alpha", Scattering::RoughMetal { eta: GREY, k: one, alpha: [0.1, number], tint: one }),
+        ("tint", Scattering::RoughMetal { eta: GREY, k: one, alpha: [0.1; 2], tint: color }),
         ("ior", Scattering::RoughGlass { ior: number, alpha: 0.1, reflection_tint: one, transmission_tint: one }),
         ("alpha", Scattering::RoughGlass { ior: 1.5, alpha: number, reflection_tint: one, transmission_tint: one }),
         (
@@ -43,6 +45,57 @@ fn spoilt(color: Spectrum, number: f32) -> Vec<(&'static str, Scattering)> {
         ("transmission", Scattering::Mtl { diffuse: GREY, specular: GREY, alpha: 0.0, transmission: color, ior: 1.5 }),
         ("ior", Scattering::Mtl { diffuse: GREY, specular: GREY, alpha: 0.0, transmission: GREY, ior: number }),
     ]
+    .into_iter()
+    .chain(spoilt_phong(color, number))
+    .chain(spoilt_principled(color, number))
+    .collect()
+}
+
+fn spoilt_phong(color: Spectrum, number: f32) -> impl Iterator<Item = (&'static str, Scattering)> {
+    let good = PhongLobes {
+        diffuse: GREY,
+        specular: GREY,
+        exponent: 1.0,
+        diffuse_transmission: GREY,
+        transmission: GREY,
+        transmission_exponent: 1.0,
+        ior: 1.0,
+    };
+    // Any finite number may be an exponent, but for negative ones.
+    let exponent = if number == 1e9 { f32::INFINITY } else { number };
+    [
+        ("diffuse", PhongLobes { diffuse: color, ..good }),
+        ("specular", PhongLobes { specular: color, ..good }),
+        ("exponent", PhongLobes { exponent, ..good }),
+        ("diffuse_transmission", PhongLobes { diffuse_transmission: color, ..good }),
+        ("transmission", PhongLobes { transmission: color, ..good }),
+        ("transmission_exponent", PhongLobes { transmission_exponent: exponent, ..good }),
+        ("ior", PhongLobes { ior: number, ..good }),
+    ]
+    .into_iter()
+    .map(|(name, lobes)| (name, Scattering::Phong(lobes)))
+}
+
+fn spoilt_principled(color: Spectrum, number: f32) -> impl Iterator<Item = (&'static str, Scattering)> {
+    let good = PLASTIC;
+    // Small negative angles are good ones.
+    let rotation = if number == -0.1 { -1e9 } else { number };
+    [
+        ("base_color", PrincipledParameters { base_color: color, ..good }),
+        ("metallic", PrincipledParameters { metallic: number, ..good }),
+        ("roughness", PrincipledParameters { roughness: number, ..good }),
+        ("anisotropic", PrincipledParameters { anisotropic: number, ..good }),
+        ("rotation", PrincipledParameters { rotation, ..good }),
+        ("ior", PrincipledParameters { ior: number, ..good }),
+        ("specular", PrincipledParameters { specular: number, ..good }),
+        ("transmission", PrincipledParameters { transmission: number, ..good }),
+        ("coat", PrincipledParameters { coat: number, ..good }),
+        ("coat_roughness", PrincipledParameters { coat_roughness: number, ..good }),
+        ("sheen", PrincipledParameters { sheen: color, ..good }),
+        ("sheen_roughness", PrincipledParameters { sheen_roughness: number, ..good }),
+    ]
+    .into_iter()
+    .map(|(name, parameters)| (name, Scattering::Principled(parameters)))
 }
 
 #[test]
@@ -61,7 +114,7 @@ fn numbers_out_of_range_are_named() {
 
 #[test]
 fn metals_need_an_index() {
-    let metal = |eta, k| material(Scattering::RoughMetal { eta, k, alpha: 0.1, tint: Spectrum::ONE });
+    let metal = |eta, k| material(Scattering::RoughMetal { eta, k, alpha: [0.1; 2], tint: Spectrum::ONE });
     assert_eq!(metal(Spectrum::BLACK, Spectrum::ONE).validate(), Ok(()));
     assert_eq!(metal(Spectrum::ONE, Spectrum::BLACK).validate(), Ok(()));
     for (eta, k, name) in [
