@@ -59,7 +59,7 @@ impl Loader<'_> {
             self.findings.push(Diagnostic::note(note).at(file.origin.clone()));
         }
         self.sources.read(&path, self.limits.file_bytes).map_err(|error| error.to_string())?;
-        let image = crate::output::read_image(&path, &Default::default()).map_err(|error| error.to_string())?;
+        let image = crate::image_file::read_image(&path, &Default::default()).map_err(|error| error.to_string())?;
         map_of(&image).map_err(|error| format!("{}: {error}", path.display()))
     }
 }

@@ -3,6 +3,7 @@
 
 use super::{survey::Survey, view::Stand};
 use crate::write_toml::{number, numbers, rounded, rounded_vector, vector};
+use etendue::image::Image;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -101,4 +102,22 @@ pub fn own_exposure(survey: &Survey) -> f64 {
 pub fn stops(factor: f64) -> f64 {
     let stops = libm::round(10.0 * libm::log2(factor)) / 10.0;
     if stops.is_finite() { stops.clamp(-40.0, 40.0) + 0.0 } else { 0.0 }
+}
+
+/// How bright an equirectangular picture is: the irradiance of a level ground under it, divided by pi. `None` without colour.
+pub fn brightness(image: &Image) -> Option<f64> {
+    let channels: Vec<&[f32]> = ["R", "G", "B"].iter().filter_map(|name| image.f32_channel(name)).collect();
+    if channels.is_empty() {
+        return None;
+    }
+    let (width, height) = (image.width as usize, f64::from(image.height));
+    // The cosine to the zenith, integrated over the upper half of the sphere down to a row's edge, over pi.
+    let down_to = |edge: f64| libm::pow(libm::sin((edge / height * PI).min(0.5 * PI)), 2.0);
+    let rows = (0..image.height as usize).map(|y| {
+        let share = down_to(y as f64 + 1.0) - down_to(y as f64);
+        let samples = channels.iter().flat_map(|c| &c[y * width..(y + 1) * width]);
+        let sum: f64 = samples.filter(|s| s.is_finite() && **s > 0.0).map(|s| f64::from(*s)).sum();
+        share * sum / (width * channels.len()) as f64
+    });
+    Some(rows.sum())
 }

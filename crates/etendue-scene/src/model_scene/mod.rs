@@ -13,6 +13,7 @@ use crate::{
     write_toml::{number, rounded_vector, text, vector},
 };
 use etendue::math::{DMat3, DVec3};
+pub use light::brightness;
 pub use material::ModelMaterial;
 use std::path::PathBuf;
 use survey::{Model, Survey};
