@@ -24,6 +24,7 @@ pub mod ply;
 mod polygon;
 mod positions;
 pub mod read;
+pub mod schema;
 pub mod source;
 pub mod stl;
 mod text;
