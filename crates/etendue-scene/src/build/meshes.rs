@@ -140,7 +140,7 @@ impl<'a> Loader<'a> {
         parts: &mut SceneParts,
     ) -> Option<Geometry> {
         if let Some(file) = self.loaded.remove(path) {
-            return self.add_file(file, origin, crease_angle, parts);
+            return self.add_file(file, path, origin, crease_angle, parts);
         }
         if let Some(error) = unknown_ending(path, origin) {
             self.findings.push(error);
