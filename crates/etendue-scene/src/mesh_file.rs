@@ -27,8 +27,34 @@ pub struct MeshFile {
     pub materials: Vec<NamedMaterial>,
     /// Named runs of faces, in the order of the file.
     pub groups: Vec<Group>,
+    /// What became of the keys and statements of the file and its material libraries.
+    pub keys: Vec<KeyUse>,
     /// What was approximated, skipped or ignored: no errors.
     pub notes: Diagnostics,
+}
+
+/// What became of a key or statement.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeyUse {
+    /// As in the file; with its option, if that is what it is about. Empty where no one word is.
+    pub key: String,
+    /// What became of it.
+    pub status: KeyStatus,
+    /// How often it was there.
+    pub count: usize,
+    /// The first time.
+    pub first: Origin,
+}
+
+/// What became of a key or statement.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum KeyStatus {
+    /// It means here what it says.
+    Used,
+    /// It counts, but not as it is meant; and how.
+    Approximated(String),
+    /// It does not count, and why.
+    Ignored(String),
 }
 
 /// A material that a mesh file names.

@@ -3,7 +3,7 @@
 use super::statements::{NONE, Statements};
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
-    mesh_file::{MeshFile, NamedMaterial, OpenLibrary},
+    mesh_file::{KeyUse, MeshFile, NamedMaterial, OpenLibrary},
     mtl,
     text::shown,
 };
@@ -24,12 +24,15 @@ struct Libraries<'a> {
     /// By name; the first definition counts.
     materials: BTreeMap<String, NamedMaterial>,
     missing: bool,
+    keys: Vec<KeyUse>,
     found: Diagnostics,
 }
 
 /// The materials that faces use, in the order of first use, and the index of each of the file's numbers among them.
 pub(super) struct Used {
     pub materials: Vec<NamedMaterial>,
+    /// What became of the libraries' keys.
+    pub keys: Vec<KeyUse>,
     index: BTreeMap<u32, u32>,
 }
 
@@ -52,12 +55,14 @@ pub(super) fn resolve(
         tried: BTreeSet::new(),
         materials: BTreeMap::new(),
         missing: false,
+        keys: vec![],
         found: Diagnostics::new(),
     };
     for range in &statements.libraries {
         libraries.add_line(bytes, file, range.clone());
     }
-    let used = libraries.look_up(statements);
+    let mut used = libraries.look_up(statements);
+    used.keys = libraries.keys;
     found.append(libraries.found);
     used
 }
@@ -95,9 +100,10 @@ impl Libraries<'_> {
         }
         match (self.open)(&name) {
             Ok(library) => {
-                let (materials, found) = mtl::read(&library.bytes, library.file);
+                let mtl::MaterialLibrary { materials, keys, findings } = mtl::read(&library.bytes, library.file);
+                self.keys.extend(keys);
                 self.found.extend(library.note.map(|note| Diagnostic::note(note).at(place)));
-                self.found.append(found);
+                self.found.append(findings);
                 for material in materials {
                     self.define(material);
                 }
@@ -133,7 +139,7 @@ impl Libraries<'_> {
     }
 
     fn look_up(&mut self, statements: &Statements) -> Used {
-        let mut used = Used { materials: vec![], index: BTreeMap::new() };
+        let mut used = Used { materials: vec![], keys: vec![], index: BTreeMap::new() };
         for &(_, number) in &statements.materials.runs {
             let next = used.materials.len() as u32;
             if used.index.contains_key(&number) {

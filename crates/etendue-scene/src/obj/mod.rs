@@ -63,12 +63,13 @@ pub fn read(bytes: &[u8], file: FileId, open: OpenLibrary) -> Result<MeshFile, D
         statements.skipped.add_many(what, b"", count, file, place);
     }
     let groups = named_groups(&statements, bytes, &assembled.groups, assembled.mesh.indices.len());
+    let keys = statements.skipped.uses().into_iter().chain(used.keys).collect();
     statements.skipped.report(&mut found);
     if assembled.mesh.indices.is_empty() {
         found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
     }
     found.sort();
-    Ok(MeshFile { mesh: assembled.mesh, materials: used.materials, groups, notes: found })
+    Ok(MeshFile { mesh: assembled.mesh, materials: used.materials, groups, keys, notes: found })
 }
 
 /// The runs of faces with an `o` or `g` name; `starts` are the first triangles of all runs.
