@@ -48,7 +48,7 @@ Examples:
   etendue render scene.toml --json --quiet | jq .film_hash
 
 Options given here replace what the scene file says. The picture depends on the scene, --spp,
---size, --seed, --depth, --sampler, --integrator and --filter; never on --threads, --accel,
+--size, --seed, --depth, --sampler, --integrator, --filter and --transparent; never on --threads, --accel,
 --tile, --wave or --isa. While it renders, the files are refreshed every few seconds. Ctrl-C
 stops after the tiles in work and writes what there is; a second one stops at once.";
 
@@ -114,6 +114,10 @@ pub struct RenderArgs {
     /// Extra layers of .exr files, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names(&Aov::ALL, Aov::name))]
     pub aov: Option<Vec<Aov>>,
+
+    /// Nothing instead of the environment behind the surfaces: pictures get an alpha channel
+    #[arg(long)]
+    pub transparent: bool,
 
     /// Side of a tile in pixels
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_TILE)))]

@@ -6,10 +6,13 @@ use crate::{
     report, software,
 };
 use etendue::image::Image;
-use etendue_scene::output::{
-    Format, Limits, Metadata, atomic, heat,
-    metric::{Comparison, Metric, compare},
-    png, read_image,
+use etendue_scene::{
+    image_file::{Limits, read_image},
+    output::{
+        Format, Metadata, atomic, heat,
+        metric::{Comparison, Metric, compare},
+        png,
+    },
 };
 use serde::Serialize;
 use std::path::Path;

@@ -1,6 +1,10 @@
 //! How the program ends: exit codes, and failures that lead to them.
 
-use etendue_scene::output::{ReadError, UnknownEnding, WriteError, metric::CompareError};
+use etendue_scene::{
+    Diagnostics,
+    image_file::ReadError,
+    output::{UnknownEnding, WriteError, metric::CompareError},
+};
 use std::process::ExitCode;
 
 /// Exit codes of the program.
@@ -21,6 +25,13 @@ pub enum Exit {
     Incomplete = 5,
     /// Stopped by a signal; what there was is written.
     Interrupted = 130,
+}
+
+impl Exit {
+    /// The code for input with errors.
+    pub fn of(found: &Diagnostics) -> Self {
+        if found.only_unsupported() { Self::Unsupported } else { Self::BadInput }
+    }
 }
 
 impl From<Exit> for ExitCode {

@@ -34,6 +34,8 @@ pub struct Job {
     pub exposure: f32,
     /// For 8 bit pictures.
     pub tonemap: ToneCurve,
+    /// Names of the objects, in the order of their ids.
+    pub object_names: Vec<String>,
     /// Hash of the files read, hexadecimal.
     pub scene_hash: String,
 }
@@ -54,11 +56,11 @@ pub fn load(args: &RenderArgs) -> Result<Loaded, Failure> {
         ReadError::Source(_) => Failure::new(Exit::BadInput, e),
     })?;
     tell(&found, &sources, args.quiet);
-    let mut description = description.ok_or(Failure::reported(Exit::BadInput))?;
+    let mut description = description.ok_or(Failure::reported(Exit::of(&found)))?;
     override_description(&mut description, args);
     let input = build(&description, &mut sources, &limits).map_err(|found| {
         report::diagnostics(&found, &sources);
-        Failure::reported(Exit::BadInput)
+        Failure::reported(Exit::of(&found))
     })?;
     tell(&input.findings, &sources, args.quiet);
     Ok(Loaded { input, isa })
@@ -93,6 +95,7 @@ fn override_description(description: &mut SceneDescription, args: &RenderArgs) {
     set(&mut film.exposure, args.exposure);
     set(&mut film.tonemap, args.tonemap);
     set(&mut film.aovs, args.aov.clone());
+    film.transparent |= args.transparent;
     let filter = args.filter.filter(|f| f.name() != film.filter.name());
     set(&mut film.filter, filter);
     set(&mut description.sampler.spp, args.spp);
@@ -120,6 +123,7 @@ impl Loaded {
             None => thread::available_parallelism().map_or(1, |n| n.get().min(MAX_THREADS)),
         };
         let accelerator = AcceleratorSettings { kind: input.accelerator, isa, threads };
+        let object_names = input.parts.objects.iter().map(|object| object.name.clone()).collect();
         let scene = Scene::build(input.parts, &accelerator).map_err(|e| Failure::new(Exit::BadInput, e))?;
         let defaults = RenderSettings::default();
         Ok(Job {
@@ -140,6 +144,7 @@ impl Loaded {
             },
             exposure: input.exposure,
             tonemap: input.tone_curve,
+            object_names,
             scene_hash: input.scene_hash.iter().map(|byte| format!("{byte:02x}")).collect(),
         })
     }

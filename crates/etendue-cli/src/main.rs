@@ -6,6 +6,7 @@ mod args;
 mod diff;
 mod exit;
 mod load;
+mod manifest;
 mod outputs;
 mod progress;
 mod render;

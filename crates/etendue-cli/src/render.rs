@@ -3,7 +3,7 @@
 use crate::{
     args::RenderArgs,
     exit::{Exit, Failure},
-    load,
+    load, manifest,
     outputs::{Outputs, RefreshClock},
     progress::{ProgressView, TICK},
     report,
@@ -83,8 +83,10 @@ fn warn_of_darkness(job: &load::Job) {
         report::warning(
             "nothing in the scene emits light: the picture will be black; add lights, an environment or emission",
         );
-    } else if integrator == Integrator::Brute && scene.has_point_lights() {
-        report::warning("`brute` does not see point lights: no ray can hit a point; `path` and `light-split` do");
+    } else if integrator == Integrator::Brute && scene.has_delta_lights() {
+        report::warning(
+            "`brute` does not see point, spot and directional lights: no ray can hit them; `path` and `light-split` do",
+        );
     }
 }
 
@@ -145,14 +147,14 @@ impl Session<'_> {
         let factor = tonemap::exposure_factor(self.job.exposure);
         let curve: ToneCurve = self.job.tonemap;
         let encode = move |rgb: [f32; 3]| curve.apply(rgb.map(|v| v * factor)).map(tonemap::to_srgb8);
-        Ok(self.outputs.write(image, &self.metadata(seconds), &encode)?)
+        Ok(self.outputs.write(image, &self.metadata(image, seconds), &encode)?)
     }
 
-    fn metadata(&self, seconds: f64) -> Metadata {
+    fn metadata(&self, image: &Image, seconds: f64) -> Metadata {
         let area = self.film.area();
         let whole = self.film.resolution();
         let window = Window { origin: [area.x0, area.y0], whole };
-        Metadata {
+        let metadata = Metadata {
             software: software(),
             window: (area.width() != whole[0] || area.height() != whole[1]).then_some(window),
             ..Metadata::default()
@@ -161,7 +163,8 @@ impl Session<'_> {
         .with("spp", samples_per_pixel(self.film.sample_counts()))
         .with("sceneHash", &self.job.scene_hash)
         .with("seconds", format!("{seconds:.3}"))
-        .with("commandLine", command_line())
+        .with("commandLine", command_line());
+        manifest::add(metadata, image, &self.job.object_names, self.job.scene.materials())
     }
 
     fn summary(&self, image: &Image, seconds: Seconds, film_hash: String) -> Summary {

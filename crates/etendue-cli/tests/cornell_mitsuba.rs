@@ -6,7 +6,7 @@
 
 #![allow(clippy::disallowed_methods)]
 
-use etendue_scene::output::{Limits, read_image};
+use etendue_scene::image_file::{Limits, read_image};
 use etendue_testkit::tiles::Replicates;
 use serde::Deserialize;
 use std::{

@@ -84,14 +84,18 @@ fn missing_and_unreadable_inputs_exit_2() {
     folder.put("mesh.toml", format!("{SCENE}\n[[objects]]\nfile = \"gone.obj\"\nmaterial = \"white\"\n"));
     folder.run("render mesh.toml").with_code(2).saying(&["gone.obj", "mesh.toml:"]);
     folder.run("diff none.exr scene.toml").with_code(2).saying(&["none.exr"]);
-    folder.run("diff scene.toml scene.toml").with_code(2).saying(&["scene.toml", "no PNG, OpenEXR or PFM"]);
+    folder.run("diff scene.toml scene.toml").with_code(2).saying(&["scene.toml", "no PNG, JPEG, HDR, OpenEXR"]);
 }
 
 #[test]
 fn inputs_of_other_kinds_exit_3() {
     let folder = Folder::new();
     folder.put("scene.xml", "<scene/>");
-    folder.run("render scene.xml").with_code(3).saying(&["scene.xml", ".toml"]);
+    folder.run("render scene.xml").with_code(3).saying(&["scene.xml", "Mitsuba files are not read yet", ".toml"]);
+    folder.put("mesh.toml", "[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n[[objects]]\nfile = \"a.glb\"\n");
+    folder.run("render mesh.toml").with_code(3).saying(&["mesh.toml:5:8", "a.glb: glTF files are not read yet"]);
+    folder.put("both.toml", "[camera]\nposition = [0, 0, 5]\nlook_at = 1\n[[objects]]\nfile = \"a.glb\"\n");
+    folder.run("render both.toml").with_code(2);
 }
 
 #[test]

@@ -4,7 +4,10 @@
 mod common;
 
 use common::{Ended, Folder};
-use etendue_scene::output::{Limits, exr, hash::film_hash, read_image};
+use etendue_scene::{
+    image_file::{Limits, exr, read_image},
+    output::hash::film_hash,
+};
 use std::{
     fs,
     process::{Child, Command, Stdio},

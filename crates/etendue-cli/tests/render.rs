@@ -4,7 +4,10 @@ mod common;
 
 use common::{Ended, Folder, SCENE};
 use etendue::image::{ChannelData, Image};
-use etendue_scene::output::{Limits, Metadata, exr, hash::film_hash};
+use etendue_scene::{
+    image_file::{Limits, exr},
+    output::{Metadata, hash::film_hash},
+};
 use std::fs;
 
 fn exr(folder: &Folder, name: &str) -> (Image, Metadata) {
@@ -106,6 +109,7 @@ fn the_command_line_overrides_the_file() {
         "--filter box",
         "--crop 0,0,8,8",
         "--aov depth",
+        "--transparent",
     ] {
         assert_ne!(hash(words), base, "{words}");
     }
@@ -135,16 +139,16 @@ fn statistics_and_messages_go_to_standard_error() {
 }
 
 #[test]
-fn brute_says_that_it_does_not_see_point_lights() {
+fn brute_says_that_it_does_not_see_lights_without_extent() {
     let folder = Folder::new();
     let lit = format!("{SCENE}\n[[lights]]\ntype = \"point\"\nposition = [1, 2, 1]\nintensity = 1\n");
     folder.put("lit.toml", lit);
     folder
         .run("render lit.toml --integrator brute -o a.png")
         .with_code(0)
-        .saying(&["`brute` does not see point lights"]);
+        .saying(&["`brute` does not see point, spot and directional lights"]);
     assert!(!folder.run("render lit.toml -o a.png").with_code(0).stderr.contains("brute"));
-    assert!(!folder.run("render scene.toml --integrator brute -o a.png").with_code(0).stderr.contains("point lights"));
+    assert!(!folder.run("render scene.toml --integrator brute -o a.png").with_code(0).stderr.contains("directional"));
 }
 
 #[test]

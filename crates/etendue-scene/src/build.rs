@@ -1,5 +1,6 @@
 //! From a description to what the renderer takes: mesh files loaded, names resolved, transforms composed.
 
+mod environment;
 mod meshes;
 mod textures;
 mod view;
@@ -13,14 +14,14 @@ use etendue::{
     camera::CameraSettings,
     film::FilmSettings,
     integrator::Integrator,
-    math::DAffine3,
+    math::{DAffine3, DVec3},
     sampling::{Filter, Sampler},
     scene::{Object, SceneParts, Shape},
     tonemap::ToneCurve,
 };
 use etendue_accel::AcceleratorKind;
 pub(crate) use meshes::unknown_ending;
-use meshes::{Loader, MeshRef};
+use meshes::{Geometry, Loader};
 use sha2::{Digest, Sha256};
 use std::{collections::BTreeMap, path::PathBuf};
 
@@ -77,18 +78,19 @@ pub fn scene_hash(sources: &SourceMap) -> [u8; 32] {
 /// All findings, if there is an error among them: files that cannot be read, unknown names, limits that are passed.
 pub fn build(description: &SceneDescription, sources: &mut SourceMap, limits: &Limits) -> Result<Input, Diagnostics> {
     let mut builder = Builder::new(description, sources, limits);
-    for object in &description.objects {
-        builder.place(object);
+    for (number, object) in description.objects.iter().enumerate() {
+        builder.place(number, object);
     }
     let camera = view::camera(&description.camera, description.film.size);
+    let environment = description.environment.as_ref().and_then(|record| builder.loader.environment(record));
     let Builder { mut parts, loader, .. } = builder;
     let Loader { mut findings, .. } = loader;
     findings.sort();
     if findings.has_errors() {
         return Err(findings);
     }
-    parts.point_lights = description.lights.iter().map(|light| light.value).collect();
-    parts.environment = description.environment;
+    parts.delta_lights = description.lights.iter().map(|light| light.value).collect();
+    parts.environment = environment;
     let film = &description.film;
     Ok(Input {
         parts,
@@ -97,6 +99,7 @@ pub fn build(description: &SceneDescription, sources: &mut SourceMap, limits: &L
             resolution: film.size,
             crop: film.crop.as_ref().map(|crop| crop.value),
             aovs: film.aovs.clone(),
+            transparent: film.transparent,
         },
         filter: film.filter,
         exposure: film.exposure,
@@ -146,20 +149,32 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds one object; what goes wrong is reported and the object left out.
-    fn place(&mut self, record: &'a ObjectRecord) {
-        let mesh = match &record.shape {
+    fn place(&mut self, number: usize, record: &'a ObjectRecord) {
+        let geometry = match &record.shape {
             ShapeRecord::Mesh(name) => self.loader.named(name, &mut self.parts),
-            ShapeRecord::File(path) => self.loader.file(path, &mut self.parts),
+            ShapeRecord::File { path, crease_angle } => self.loader.file(path, *crease_angle, &mut self.parts),
             other => self.simple_shape(other, !record.transform.is_empty()),
         };
-        let Some(MeshRef { shape, materials: own }) = mesh else { return };
+        let Some(Geometry { pieces, materials: own }) = geometry else { return };
         let Some(materials) = self.materials_of(record, &own) else { return };
-        let Some(transform) = self.transform(&record.transform, shape) else { return };
+        if self.parts.objects.len() + pieces.len() > self.limits.placed {
+            let message = format!("the objects place more than {} shapes", self.limits.placed);
+            self.loader.findings.push(Diagnostic::error(message).at(record.origin.clone()));
+            return;
+        }
+        let shapes: Vec<usize> = pieces.iter().map(|piece| piece.shape).collect();
+        let Some(transform) = self.transform(&record.transform, &shapes) else { return };
         let name = match &record.name {
             Some(name) => name.value.clone(),
-            None => format!("object {}", self.parts.objects.len() + 1),
+            None => format!("object {}", number + 1),
         };
-        self.parts.objects.push(Object { name, shape, transform, materials });
+        for piece in pieces {
+            let materials = match piece.material {
+                Some(only) => vec![materials[only as usize]],
+                None => materials.clone(),
+            };
+            self.parts.objects.push(Object { name: name.clone(), shape: piece.shape, transform, materials });
+        }
     }
 
     /// The object's own material for all faces, or the file's materials, or grey.
@@ -189,7 +204,7 @@ impl<'a> Builder<'a> {
 
     /// Adds a sphere, rectangle, box or disk; `None` for meshes, which the loader adds. Those with the same numbers share one copy if they are `moved` by transforms;
     /// rectangles do not, since a light is sampled best where its corners are known in the world.
-    fn simple_shape(&mut self, record: &ShapeRecord, moved: bool) -> Option<MeshRef> {
+    fn simple_shape(&mut self, record: &ShapeRecord, moved: bool) -> Option<Geometry> {
         let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         let (key, geometry) = match *record {
             ShapeRecord::Sphere { center, radius } => {
@@ -205,7 +220,7 @@ impl<'a> Builder<'a> {
                 (Some(key), Shape::Mesh(geometry::disk(radius, segments)))
             }
             ShapeRecord::Rectangle { corner, u, v } => (None, Shape::Rectangle { corner, u, v }),
-            ShapeRecord::Mesh(_) | ShapeRecord::File(_) => return None,
+            ShapeRecord::Mesh(_) | ShapeRecord::File { .. } => return None,
         };
         let new = self.parts.shapes.len();
         let shape = match key.filter(|_| moved) {
@@ -215,15 +230,19 @@ impl<'a> Builder<'a> {
         if shape == new {
             self.parts.shapes.push(geometry);
         }
-        Some(MeshRef { shape, materials: Vec::new() })
+        Some(Geometry::of_shape(shape))
     }
 
-    /// The steps composed.
-    fn transform(&mut self, steps: &[Located<Step>], shape: usize) -> Option<DAffine3> {
+    /// The steps composed, for an object of some shapes.
+    fn transform(&mut self, steps: &[Located<Step>], shapes: &[usize]) -> Option<DAffine3> {
         let mut transform = DAffine3::IDENTITY;
         for located in steps {
-            if let (Step::Relocate(_), Shape::Mesh(mesh)) = (&located.value, &self.parts.shapes[shape]) {
-                self.relocated = self.relocated.saturating_add(mesh.positions.len());
+            if let Step::Relocate(_) = located.value {
+                let vertices = shapes.iter().map(|&shape| match &self.parts.shapes[shape] {
+                    Shape::Mesh(mesh) => mesh.positions.len(),
+                    Shape::Sphere { .. } | Shape::Rectangle { .. } => 1,
+                });
+                self.relocated = self.relocated.saturating_add(vertices.sum());
                 if self.relocated > self.limits.relocated_vertices {
                     let message = "too many `relocate` steps of large meshes";
                     self.loader.findings.push(Diagnostic::error(message).at(located.origin.clone()));
@@ -231,11 +250,12 @@ impl<'a> Builder<'a> {
                 }
             }
             let so_far = transform;
-            let lowest = || match &self.parts.shapes[shape] {
+            let lowest_of = |&shape: &usize| match &self.parts.shapes[shape] {
                 Shape::Mesh(mesh) => geometry::lowest_of_mesh(mesh, &so_far),
                 Shape::Sphere { center, radius } => geometry::lowest_of_sphere(*center, *radius, &so_far),
                 Shape::Rectangle { corner, u, v } => geometry::lowest_of_rectangle(*corner, *u, *v, &so_far),
             };
+            let lowest = || shapes.iter().map(lowest_of).fold(DVec3::INFINITY, DVec3::min);
             transform = geometry::step(&located.value, lowest) * so_far;
             if !transform.is_finite() || !usable(&transform) {
                 let message = "the transform is too large, or flattens the object";
@@ -252,7 +272,7 @@ fn usable(transform: &DAffine3) -> bool {
     const LARGEST: f64 = 1e18;
     let small = |m: &DAffine3| m.to_cols_array().iter().all(|x| x.abs() < LARGEST);
     let determinant = transform.matrix3.determinant();
-    let axes = transform.matrix3.to_cols_array_2d().map(glam::DVec3::from_array);
+    let axes = transform.matrix3.to_cols_array_2d().map(DVec3::from_array);
     let volume = axes.iter().map(|a| a.length()).product::<f64>();
     small(transform) && determinant.abs() > 1e-12 * volume && small(&transform.inverse())
 }

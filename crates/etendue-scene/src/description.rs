@@ -8,7 +8,7 @@ use etendue::{
     material::Material,
     math::DVec3,
     sampling::{Filter, Sampler},
-    scene::{Mesh, PointLight},
+    scene::{DeltaLight, Mesh},
     spectrum::Spectrum,
     texture::{Mapping, Transfer},
     tonemap::ToneCurve,
@@ -40,16 +40,55 @@ pub struct SceneDescription {
     pub integrator: IntegratorRecord,
     /// Ray traversal.
     pub accelerator: AcceleratorKind,
-    /// Constant radiance from all directions.
-    pub environment: Option<Spectrum>,
+    /// Light from all around; absent: black.
+    pub environment: Option<EnvironmentRecord>,
     /// Materials, by name.
     pub materials: Vec<MaterialRecord>,
     /// Shared geometry, by name.
     pub meshes: Vec<MeshRecord>,
     /// Things in the scene, in the order of the file.
     pub objects: Vec<ObjectRecord>,
-    /// Lights without extent.
-    pub lights: Vec<Located<PointLight>>,
+    /// Lights that no ray can meet.
+    pub lights: Vec<Located<DeltaLight>>,
+}
+
+/// Light from all around.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentRecord {
+    /// The same radiance from every direction, W sr^-1 m^-2.
+    Constant(Spectrum),
+    /// A sky that depends on the height alone, linear in the sine of the elevation; radiance, W sr^-1 m^-2.
+    Gradient {
+        /// Straight up.
+        top: Spectrum,
+        /// All around.
+        horizon: Spectrum,
+        /// Straight down.
+        bottom: Spectrum,
+        /// Where up is.
+        up: UpAxis,
+    },
+    /// An equirectangular image of radiance.
+    Image {
+        /// The file; relative to [`SceneDescription::folder`].
+        file: Located<PathBuf>,
+        /// Multiplies the image.
+        strength: Spectrum,
+        /// Degrees about the up axis, counter-clockwise seen from above.
+        rotation: f64,
+        /// Where up is.
+        up: UpAxis,
+    },
+}
+
+/// The axis that points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UpAxis {
+    /// +y.
+    #[default]
+    Y,
+    /// +z.
+    Z,
 }
 
 /// The view.
@@ -125,6 +164,8 @@ pub struct FilmRecord {
     pub tonemap: ToneCurve,
     /// Layers beside the colour.
     pub aovs: Vec<Aov>,
+    /// Nothing is to be seen where camera rays meet no surface.
+    pub transparent: bool,
 }
 
 /// Random numbers.
@@ -174,6 +215,8 @@ pub struct MeshRecord {
     pub name: String,
     /// Where the vertices are.
     pub source: MeshSource,
+    /// Degrees, in (0, 180]: where normals are missing, edges less sharp than this are smoothed; absent: none are.
+    pub crease_angle: Option<f64>,
     /// Where its name is.
     pub origin: Origin,
 }
@@ -208,7 +251,12 @@ pub enum ShapeRecord {
     /// A mesh of [`SceneDescription::meshes`].
     Mesh(Located<String>),
     /// A mesh file.
-    File(Located<PathBuf>),
+    File {
+        /// Relative to [`SceneDescription::folder`].
+        path: Located<PathBuf>,
+        /// As [`MeshRecord::crease_angle`].
+        crease_angle: Option<f64>,
+    },
     /// A sphere.
     Sphere {
         /// Centre, metres.

@@ -37,16 +37,23 @@ pub struct Diagnostic {
     pub label: Option<String>,
     /// What to do about it.
     pub help: Option<String>,
+    /// An error that may be right input, but asks for what is not there yet.
+    pub is_unsupported: bool,
 }
 
 impl Diagnostic {
     fn new(severity: Severity, message: impl Into<String>) -> Self {
-        Self { severity, message: message.into(), origin: None, label: None, help: None }
+        Self { severity, message: message.into(), origin: None, label: None, help: None, is_unsupported: false }
     }
 
     /// An error without a place yet.
     pub fn error(message: impl Into<String>) -> Self {
         Self::new(Severity::Error, message)
+    }
+
+    /// An error about what is not there yet, without a place.
+    pub fn unsupported(message: impl Into<String>) -> Self {
+        Self { is_unsupported: true, ..Self::error(message) }
     }
 
     /// A warning without a place yet.
@@ -115,6 +122,8 @@ impl Diagnostic {
 pub struct Diagnostics {
     kept: Vec<Diagnostic>,
     counts: [usize; 3],
+    /// Errors of right input that asks for what is not there yet.
+    unsupported: usize,
 }
 
 impl Diagnostics {
@@ -130,6 +139,7 @@ impl Diagnostics {
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let count = &mut self.counts[diagnostic.severity as usize];
         *count += 1;
+        self.unsupported += usize::from(diagnostic.is_unsupported);
         if *count <= Self::KEPT {
             self.kept.push(diagnostic);
         }
@@ -138,12 +148,14 @@ impl Diagnostics {
     /// Adds all of another collection, with what it left out.
     pub fn append(&mut self, other: Diagnostics) {
         let mut left_out = Severity::ALL.map(|severity| other.left_out(severity));
+        let unsupported = self.unsupported + other.unsupported;
         for diagnostic in other.kept {
             self.push(diagnostic);
         }
         for (count, rest) in self.counts.iter_mut().zip(&mut left_out) {
             *count += *rest;
         }
+        self.unsupported = unsupported;
     }
 
     /// How many were found, kept or not.
@@ -164,6 +176,11 @@ impl Diagnostics {
     /// True if something makes the input unusable.
     pub fn has_errors(&self) -> bool {
         self.count(Severity::Error) > 0
+    }
+
+    /// True if there are errors, and all are of input that may be right but asks for what is not there yet.
+    pub fn only_unsupported(&self) -> bool {
+        self.has_errors() && self.unsupported == self.count(Severity::Error)
     }
 
     /// True if nothing was found.

@@ -3,26 +3,34 @@
 #![forbid(unsafe_code)]
 
 mod build;
+mod crease;
 pub mod description;
 pub mod diagnostic;
 mod find_file;
 pub mod geometry;
 pub mod gzip;
+pub mod image_file;
+mod indexed;
 mod limits;
 pub mod mesh_file;
 pub mod mtl;
+mod not_yet;
 pub mod obj;
+pub mod off;
 pub mod output;
 pub mod ply;
 mod polygon;
 mod positions;
 pub mod read;
 pub mod source;
+pub mod stl;
 mod text;
 pub mod value;
+mod weld;
 
 pub use build::{Input, build, scene_hash};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use limits::Limits;
+pub use not_yet::not_read_yet;
 pub use read::{ReadError, read_scene, read_toml};
 pub use source::{FileId, Origin, SourceError, SourceMap, Span};

@@ -1,5 +1,7 @@
 //! Bounds on what one scene may take, checked before memory is.
 
+use crate::image_file;
+
 /// Bounds on the input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -9,8 +11,12 @@ pub struct Limits {
     pub file_bytes: u64,
     /// Bytes of one material library.
     pub library_bytes: u64,
-    /// Triangles in all meshes together, each counted once however many objects share it.
+    /// Of one image file.
+    pub images: image_file::Limits,
+    /// Triangles in all meshes together, and spheres in mesh files, each counted once however many objects share it.
     pub triangles: usize,
+    /// Shapes that objects place; an object of a mesh file with spheres places several.
+    pub placed: usize,
     /// Vertices of which boxes are taken for `relocate`, in all objects together.
     pub relocated_vertices: usize,
 }
@@ -21,7 +27,9 @@ impl Default for Limits {
             scene_bytes: 16 << 20,
             file_bytes: 8 << 30,
             library_bytes: 64 << 20,
+            images: image_file::Limits::default(),
             triangles: 1 << 28,
+            placed: 1 << 24,
             relocated_vertices: 1 << 32,
         }
     }

@@ -1,18 +1,16 @@
 //! What a mesh file holds, whatever its format, and reading one by its path.
 
 use crate::{
-    Diagnostic, Diagnostics, FileId, Origin, SourceError, SourceMap, Span, description::TextureRecord, gzip, obj, ply,
+    Diagnostic, Diagnostics, FileId, Origin, SourceError, SourceMap, Span, description::TextureRecord,
+    find_file::find_file, gzip, not_read_yet, obj, off, ply, stl,
 };
 use etendue::{
     material::{Material, Scattering},
     scene::Mesh,
     spectrum::Spectrum,
 };
-use std::{
-    ops::Range,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use glam::DVec3;
+use std::{ops::Range, path::Path, sync::Arc};
 
 /// A mesh file that was read.
 #[derive(Clone, Debug)]
@@ -23,7 +21,10 @@ pub struct MeshFile {
     /// [`Mesh::origin`] is exactly zero, except on axes where the mesh lies many times its own size away from the file's
     /// origin, so that `f32` keeps its detail there.
     pub mesh: Mesh,
-    /// The materials that faces use, in the order of first use; empty if the file names none.
+    /// Spheres beside the mesh (OBJ `sphere`).
+    pub spheres: Vec<Sphere>,
+    /// The materials that faces use, in the order of first use, then those that only spheres use; empty if the file names
+    /// none.
     pub materials: Vec<NamedMaterial>,
     /// Named runs of faces, in the order of the file.
     pub groups: Vec<Group>,
@@ -55,6 +56,17 @@ pub enum KeyStatus {
     Approximated(String),
     /// It does not count, and why.
     Ignored(String),
+}
+
+/// A sphere that a mesh file holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre, in the units of the file.
+    pub center: DVec3,
+    /// Radius, above 0.
+    pub radius: f64,
+    /// Index into [`MeshFile::materials`]; 0 if that is empty.
+    pub material: u32,
 }
 
 /// A material that a mesh file names.
@@ -94,6 +106,11 @@ pub struct Library {
 pub type OpenLibrary<'a> = &'a mut dyn FnMut(&str) -> Result<Library, SourceError>;
 
 impl MeshFile {
+    /// A mesh alone.
+    pub fn of_mesh(mesh: Mesh, notes: Diagnostics) -> Self {
+        Self { mesh, spheres: vec![], materials: vec![], groups: vec![], keys: vec![], notes }
+    }
+
     /// What faces without a (known) material are made of: grey, half of the light reflected.
     pub fn default_material(name: &str) -> Material<TextureRecord> {
         Material::new(name, Scattering::Diffuse { reflectance: Spectrum::splat(0.5), transmittance: Spectrum::BLACK })
@@ -107,11 +124,16 @@ pub enum MeshFormat {
     Obj,
     /// Stanford PLY.
     Ply,
+    /// STL, binary or text.
+    Stl,
+    /// Geomview's OFF.
+    Off,
 }
 
 impl MeshFormat {
     /// All formats, with the endings of their files; `.gz` may follow each.
-    pub const ALL: [(MeshFormat, &'static str); 2] = [(MeshFormat::Obj, "obj"), (MeshFormat::Ply, "ply")];
+    pub const ALL: [(MeshFormat, &'static str); 4] =
+        [(MeshFormat::Obj, "obj"), (MeshFormat::Ply, "ply"), (MeshFormat::Stl, "stl"), (MeshFormat::Off, "off")];
 
     /// By a path's ending, whatever its case.
     pub fn of_path(path: &Path) -> Option<Self> {
@@ -142,13 +164,14 @@ impl Default for MeshLimits {
 /// messages are places in that.
 ///
 /// # Errors
-/// An unknown ending, broken or too large gzip data, and whatever the format's reader finds; see [`crate::obj::read`] and
-/// [`crate::ply::read`].
+/// An unknown ending, broken or too large gzip data, and whatever the format's reader finds; see [`crate::obj::read`],
+/// [`crate::ply::read`], [`crate::stl::read`] and [`crate::off::read`].
 pub fn read(sources: &mut SourceMap, file: FileId, limits: &MeshLimits) -> Result<MeshFile, Diagnostics> {
     let path = sources.path(file).to_owned();
     let Some(format) = MeshFormat::of_path(&path) else {
-        let message = format!("{} is not of a kind that is read: .obj, .ply, and .gz of these", path.display());
-        return Err(fatal(&message, file));
+        let mut found = Diagnostics::new();
+        found.push(unknown_kind(&path).at(Span::new(file, 0..0)));
+        return Err(found);
     };
     let mut file = file;
     let mut bytes = sources.bytes(file);
@@ -159,11 +182,24 @@ pub fn read(sources: &mut SourceMap, file: FileId, limits: &MeshLimits) -> Resul
     }
     match format {
         MeshFormat::Ply => ply::read(&bytes, file),
+        MeshFormat::Stl => stl::read(&bytes, file),
+        MeshFormat::Off => off::read(&bytes, file),
         MeshFormat::Obj => {
             let folder = path.parent().unwrap_or(Path::new(""));
             obj::read(&bytes, file, &mut |name| open_library(sources, folder, name, limits.library))
         }
     }
+}
+
+/// The error about a file whose ending is of no [`MeshFormat`]: [`Diagnostic::unsupported`] if it is known but not read
+/// yet.
+pub fn unknown_kind(path: &Path) -> Diagnostic {
+    let error = match not_read_yet(path) {
+        Some(kind) => Diagnostic::unsupported(format!("{}: {kind} files are not read yet", path.display())),
+        None => Diagnostic::error(format!("cannot read {} as a mesh", path.display())),
+    };
+    let endings = MeshFormat::ALL.map(|(_, ending)| format!(".{ending}")).join(", ");
+    error.help(format!("meshes are read from files that end in {endings}, also with .gz"))
 }
 
 /// One error about a whole file.
@@ -173,34 +209,9 @@ pub(crate) fn fatal(message: &str, file: FileId) -> Diagnostics {
     found
 }
 
-/// Opens a material library by the name that a mesh file in `folder` gives, forgiving backslashes, differences of case, and
-/// folders that do not exist here.
+/// Opens a material library by the name that a mesh file in `folder` gives; see [`find_file`].
 fn open_library(sources: &mut SourceMap, folder: &Path, name: &str, limit: u64) -> Result<Library, SourceError> {
-    let direct = folder.join(name);
-    let slashed = folder.join(name.replace('\\', "/"));
-    let beside = slashed.file_name().map(|file| folder.join(file));
-    let candidates = [Some(direct.clone()), Some(slashed), beside];
-    let found = candidates.iter().flatten().find(|path| path.is_file()).cloned();
-    let found = found.or_else(|| candidates.iter().flatten().find_map(|path| ignoring_case(path)));
-    // Of what is no ordinary file, only the error is wanted: reading a pipe could wait for ever.
-    let path = match found {
-        Some(path) => path,
-        None if direct.is_dir() => return Err(SourceError::IsDirectory(direct)),
-        None => return Err(SourceError::NotFound(direct)),
-    };
+    let (path, note) = find_file(folder, name)?;
     let file = sources.read(&path, limit)?;
-    let note = (path != direct).then(|| format!("`{name}` read from {}", path.display()));
     Ok(Library { file, bytes: sources.bytes(file), note })
-}
-
-/// Entries of a folder that are looked at.
-const MOST_ENTRIES: usize = 100_000;
-
-/// A file in the same folder whose name differs only in case, the first by name.
-fn ignoring_case(path: &Path) -> Option<PathBuf> {
-    let wanted = path.file_name()?.to_string_lossy().to_lowercase();
-    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let entries = std::fs::read_dir(parent).ok()?.take(MOST_ENTRIES).flatten();
-    let names = entries.map(|entry| entry.file_name()).filter(|name| name.to_string_lossy().to_lowercase() == wanted);
-    names.map(|name| path.with_file_name(name)).filter(|path| path.is_file()).min()
 }

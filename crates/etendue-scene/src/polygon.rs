@@ -9,6 +9,12 @@ pub(crate) fn newell(points: &[DVec3]) -> DVec3 {
     points.windows(2).map(|pair| (pair[0] - first).cross(pair[1] - first)).sum()
 }
 
+/// The angle between the edges from `here` to `before` and to `after`, radians in [0, pi].
+pub(crate) fn angle_at(before: DVec3, here: DVec3, after: DVec3) -> f64 {
+    let (a, b) = (before - here, after - here);
+    libm::atan2(a.cross(b).length(), a.dot(b))
+}
+
 /// How a polygon was cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cut {

@@ -6,6 +6,12 @@ use std::sync::Arc;
 /// Larger coordinates are refused, so that squares of lengths stay finite in `f32`.
 pub(crate) const LARGEST: f64 = 1e18;
 
+/// Finite, and not too large to work with.
+pub(crate) fn usable(position: DVec3) -> bool {
+    // Not true for NaN.
+    position.abs().cmple(DVec3::splat(LARGEST)).all()
+}
+
 /// A mesh that lies further away than this many times its size gets a local origin.
 const FAR: f64 = 4.0;
 

@@ -103,6 +103,67 @@ fn spheres_boxes_and_disks_are_shared_where_they_are_moved() {
 }
 
 #[test]
+fn spheres_of_a_file_go_with_its_mesh() {
+    let obj = format!(
+        "mtllib a.mtl\nsphere 2 0 0 1\nusemtl red\n{TRIANGLES}usemtl blue\nsphere 0 -3 0 1\nusemtl red\nsphere 0 0 9 0.5\n"
+    );
+    let mtl = "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n";
+    let files: &[(&str, &[u8])] = &[("a.obj", obj.as_bytes()), ("a.mtl", mtl.as_bytes())];
+    let input = run(
+        "[materials.m]\ntype = \"mirror\"\n[[objects]]\nfile = \"a.obj\"\nname = \"all\"\n\
+         transform = [{ scale = 2 }, { relocate = [5, 6, 7] }]\n[[objects]]\nfile = \"a.obj\"\nmaterial = \"m\"\n",
+        files,
+    )
+    .unwrap();
+    let parts = &input.parts;
+    assert_eq!((parts.shapes.len(), parts.objects.len()), (4, 8));
+    let names = |i: usize| -> Vec<&str> {
+        parts.objects[i].materials.iter().map(|m| parts.materials[*m].name.as_str()).collect()
+    };
+    // Materials of faces first, then those of spheres: red, none, blue.
+    assert_eq!(names(0), ["red", "", "blue"]);
+    assert_eq!([1, 2, 3].map(names), [[""], ["blue"], ["red"]]);
+    assert_eq!([4, 5, 6, 7].map(|i| names(i).contains(&"m")), [true; 4]);
+    assert!((0..4).all(|i| parts.objects[i].name == "all" && parts.objects[i].transform == parts.objects[0].transform));
+    let lowest = (0..4).map(|i| bounds(parts, i).0).fold(DVec3::INFINITY, DVec3::min);
+    assert!(near(lowest, DVec3::new(5.0, 6.0, 7.0), 1e-3), "{lowest}");
+
+    let input = run("[[objects]]\nfile = \"s.obj\"\n", &[("s.obj", b"sphere 1 2 3 4\n")]).unwrap();
+    assert!(matches!(input.parts.shapes[..], [Shape::Sphere { radius: 4.0, .. }]));
+    let many = Limits { placed: 3, ..Limits::default() };
+    let errors = run_with("[[objects]]\nfile = \"a.obj\"\n", files, &many).unwrap_err();
+    assert_eq!(errors, ["scene.toml:2:1: error: the objects place more than 3 shapes"]);
+}
+
+#[test]
+fn crease_angles_of_files_and_inline_meshes() {
+    let fold = "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n";
+    let inline = "[meshes.m]\npositions = [[0,0,0],[0,1,0],[1,0,0],[0,0,1]]\nindices = [[0,2,1],[0,1,3]]\n";
+    let text = format!(
+        "{inline}crease_angle = 100\n[meshes.f]\nfile = \"a.obj\"\ncrease_angle = 100\n\
+         [[objects]]\nmesh = \"m\"\n[[objects]]\nmesh = \"f\"\n[[objects]]\nfile = \"a.obj\"\n\
+         [[objects]]\nfile = \"a.obj\"\ncrease_angle = 80\n[[objects]]\nfile = \"s.obj\"\ncrease_angle = 80\n\
+         [[objects]]\nfile = \"a.obj\"\ncrease_angle = 100\n"
+    );
+    let smooth = format!("s 1\n{fold}");
+    let input = run(&text, &[("a.obj", fold.as_bytes()), ("s.obj", smooth.as_bytes())]).unwrap();
+    let vertices = |i: usize| match &input.parts.shapes[input.parts.objects[i].shape] {
+        Shape::Mesh(mesh) => (mesh.positions.len(), mesh.normals.is_some()),
+        _ => panic!(),
+    };
+    let expected = [(4, true), (4, true), (4, false), (6, true), (4, true), (4, true)];
+    assert_eq!([0, 1, 2, 3, 4, 5].map(vertices), expected);
+    assert_eq!(input.parts.objects[5].shape, input.parts.objects[1].shape);
+    let notes: Vec<&str> = input.findings.iter().map(|d| d.message.as_str()).collect();
+    assert_eq!(notes, ["`crease_angle` is not used: the file has normals or smoothing groups"]);
+    for wrong in ["crease_angle = 0", "crease_angle = 181", "crease_angle = 30\nmesh = \"f\""] {
+        let file = if wrong.contains("mesh") { "" } else { "file = \"a.obj\"\n" };
+        let text = format!("[meshes.f]\nfile = \"a.obj\"\n[[objects]]\n{file}{wrong}\n");
+        assert_eq!(run(&text, &[("a.obj", fold.as_bytes())]).unwrap_err().len(), 1, "{wrong}");
+    }
+}
+
+#[test]
 fn transforms_apply_in_order_and_relocate_moves_the_lowest_corner() {
     let steps = "[{ scale = [1, 2, 3] }, { rotate = { axis = [1, 2, 3], angle = 50 } }, { relocate = [7, 8, 9] }]";
     for (shape, tolerance) in [("sphere", 1e-3), ("rectangle", 1e-12), ("box", 1e-12), ("disk", 1e-12), ("mesh", 1e-12)]
@@ -175,7 +236,7 @@ fn files_that_are_missing_or_foreign() {
     assert_eq!(found[0], "scene.toml:3:8: error: no such file: bunyn.obj; did you mean `bunny.obj`?");
     assert_eq!(
         found[1],
-        "scene.toml:5:8: error: cannot read a.fbx as a mesh; meshes are read from files that end in .obj, .ply, also with .gz"
+        "scene.toml:5:8: error: a.fbx: FBX files are not read yet; meshes are read from files that end in .obj, .ply, .stl, .off, also with .gz"
     );
     assert!(found[2].starts_with("scene.toml:7:8: error: no such file: x/y.ply; there is no folder"), "{}", found[2]);
     assert_eq!(found[3], "scene.toml:8:2: error: unknown key `flim` in the scene file; did you mean `film`?");

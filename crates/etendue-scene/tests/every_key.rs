@@ -4,12 +4,13 @@ use etendue::{
     bsdf::{PhongLobes, PrincipledParameters},
     material::{Relief, Scattering},
     math::DVec3,
+    scene::DeltaLight,
     spectrum::Spectrum,
     texture::{Channel, Filtering, Transfer, Wrap},
 };
 use etendue_scene::{
     SourceMap,
-    description::{Lens, SceneDescription, ShapeRecord, Step, View},
+    description::{EnvironmentRecord, Lens, SceneDescription, ShapeRecord, Step, UpAxis, View},
     read_toml,
 };
 use std::path::Path;
@@ -42,8 +43,9 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[film]", "crop") => "[1, 2, 3, 4]",
         ("[film]", "exposure") => "-1.5",
         ("[film]", "tonemap") => "\"srgb\"",
+        ("[film]", "transparent") => "true",
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
-        ("film.filter", "radius" | "sigma") => "0.75",
+        ("film.filter", "radius" | "sigma" | "b" | "c") => "0.75",
         ("[sampler]", "spp" | "seed") => "9",
         ("[integrator]", "depth") => "8",
         ("[integrator]", "distance") => "0.5",
@@ -61,11 +63,21 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "rotation") => "90",
         ("[materials.NAME]", "sheen_roughness") => "0.75",
         ("[materials.NAME]", _) => "[0.25, 0.5, 0.125]",
+        ("[environment]", "image") => "\"sky.hdr\"",
+        ("[environment]", "rotation") => "-30",
+        ("[environment]", "up") => "\"z\"",
+        ("[environment]", _) => "[1, 2, 3]",
+        ("[[lights]]", "position" | "direction") => "[1, 2, 3]",
+        ("[[lights]]", "target") => "[1, 2, 5]",
+        ("[[lights]]", "angle") => "90",
+        ("[[lights]]", "blend") => "0.5",
+        ("[[lights]]", _) => "[1, 2, 3]",
         ("[[objects]]", "name") => "\"thing\"",
         ("[[objects]]", "material") => "\"m\"",
         ("[[objects]]", "transform") => "[{ scale = 2 }, { translate = [1, 2, 3] }]",
         ("[[objects]]", "mesh") => "\"m\"",
         ("[[objects]]", "file") => "\"a.obj\"",
+        ("[[objects]]", "crease_angle") => "30",
         ("[[objects]]", "center" | "corner" | "min") => "[-1, -2, -3]",
         ("[[objects]]", "radius") => "0.5",
         ("[[objects]]", "u") => "[1, 0, 0]",
@@ -117,7 +129,7 @@ fn settings() {
     for name in ["bvh", "kdtree", "brute"] {
         all_keys("[accelerator]", "[accelerator]", "type", name, &[]);
     }
-    for name in ["gaussian", "box"] {
+    for name in ["gaussian", "box", "tent", "mitchell", "lanczos"] {
         all_keys("film.filter", "[film.filter]", "type", name, &[]);
     }
     let film = read(&format!(
@@ -128,14 +140,49 @@ fn settings() {
     ))
     .film;
     assert_eq!((film.size, film.exposure, film.crop.unwrap().value, film.aovs.len()), ([64, 32], 2.0, [1, 2, 3, 4], 2));
-    assert_eq!(read("[environment]\nradiance = [1, 2, 3]").environment, Some(Spectrum([1.0, 2.0, 3.0])));
+    assert_eq!(
+        read("[environment]\nradiance = [1, 2, 3]").environment,
+        Some(EnvironmentRecord::Constant(Spectrum([1.0, 2.0, 3.0])))
+    );
+}
+
+#[test]
+fn environments() {
+    let environment = |name: &str| all_keys("[environment]", "[environment]", "type", name, &[]).environment.unwrap();
+    let colour = Spectrum([1.0, 2.0, 3.0]);
+    assert_eq!(environment("constant"), EnvironmentRecord::Constant(colour));
+    let gradient = EnvironmentRecord::Gradient { top: colour, horizon: colour, bottom: colour, up: UpAxis::Z };
+    assert_eq!(environment("gradient"), gradient);
+    let EnvironmentRecord::Image { file, strength, rotation, up } = environment("image") else { panic!() };
+    assert_eq!((file.value.as_path(), strength, rotation, up), (Path::new("sky.hdr"), colour, -30.0, UpAxis::Z));
+    // Without a type the other keys tell.
+    let short = |text: &str| read(&format!("[environment]\n{text}")).environment.unwrap();
+    let EnvironmentRecord::Image { strength, up: UpAxis::Y, .. } = short("image = \"a.exr\"") else { panic!() };
+    assert_eq!(strength, Spectrum::ONE);
+    let EnvironmentRecord::Gradient { horizon, bottom, .. } = short("top = 1\nhorizon = 2") else { panic!() };
+    assert_eq!((horizon, bottom), (Spectrum::splat(2.0), Spectrum::splat(2.0)));
+}
+
+#[test]
+fn lights() {
+    let light =
+        |name: &str, left_out: &[&str]| all_keys("[[lights]]", "[[lights]]", "type", name, left_out).lights[0].value;
+    let (at, colour) = (DVec3::new(1.0, 2.0, 3.0), Spectrum([1.0, 2.0, 3.0]));
+    assert_eq!(light("point", &[]), DeltaLight::Point { position: at, intensity: colour });
+    assert_eq!(light("directional", &[]), DeltaLight::Directional { direction: at, irradiance: colour });
+    let spot = |direction| {
+        let half_angle = std::f64::consts::FRAC_PI_4;
+        DeltaLight::Spot { position: at, direction, half_angle, blend: 0.5, intensity: colour }
+    };
+    assert_eq!(light("spot", &["target"]), spot(at));
+    assert_eq!(light("spot", &["direction"]), spot(DVec3::new(0.0, 0.0, 2.0)));
 }
 
 #[test]
 fn film_with_every_key() {
-    let keys = ["size", "filter", "crop", "exposure", "tonemap", "aovs"];
+    let keys = ["size", "filter", "crop", "exposure", "tonemap", "aovs", "transparent"];
     let lines: String = keys.iter().map(|k| format!("{k} = {}\n", value("[film]", k))).collect();
-    read(&format!("[film]\n{lines}"));
+    assert!(read(&format!("[film]\n{lines}")).film.transparent);
 }
 
 #[test]
@@ -235,7 +282,7 @@ fn textures() {
 #[test]
 fn objects() {
     for (name, left_out) in [
-        ("mesh", &["file"][..]),
+        ("mesh", &["file", "crease_angle"][..]),
         ("mesh", &["mesh"]),
         ("sphere", &[]),
         ("rectangle", &["size"]),
@@ -272,7 +319,10 @@ fn steps() {
 
 #[test]
 fn meshes() {
-    read("[meshes.a]\nfile = \"a.obj\"");
+    let scene =
+        read("[meshes.a]\nfile = \"a.obj\"\ncrease_angle = 180\n[[objects]]\nfile = \"b.ply\"\ncrease_angle = 1.5");
+    assert_eq!(scene.meshes[0].crease_angle, Some(180.0));
+    assert!(matches!(scene.objects[0].shape, ShapeRecord::File { crease_angle: Some(1.5), .. }));
     let scene = read(
         "[meshes.a]\npositions = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nindices = [[0,1,2,3]]\n\
          normals = [[0,0,2],[0,0,2],[0,0,2],[0,0,2]]\nuvs = [[0,0],[1,0],[1,1],[0,1]]",

@@ -92,6 +92,8 @@ fn every_choice_is_in_the_manual() {
         ("[materials.NAME]", "[materials.m]\ntype = \"?\""),
         ("[materials.NAME]", "[materials.m]\ntype = \"rough-metal\"\nmetal = \"?\""),
         ("[[objects]]", "[[objects]]\nshape = \"?\""),
+        ("[environment]", "[environment]\ntype = \"?\""),
+        ("[environment]", "[environment]\ntop = 1\nup = \"?\""),
         ("[[lights]]", "[[lights]]\ntype = \"?\""),
     ];
     for (name, question) in questions {

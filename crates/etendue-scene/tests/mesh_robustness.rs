@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{check, read_obj, read_ply};
+use common::{check, read_obj, read_off, read_ply, read_stl};
 use etendue_scene::{SourceMap, mtl};
 use proptest::{prelude::*, test_runner::RngSeed};
 use std::sync::LazyLock;
@@ -23,6 +23,8 @@ fn read_all(bytes: &[u8]) {
     check(&read_obj(bytes, bytes));
     check(&read_obj(b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n", bytes));
     check(&read_ply(bytes));
+    check(&read_stl(bytes));
+    check(&read_off(bytes));
     let file = SourceMap::new().insert("m.mtl", vec![]).unwrap();
     let _ = mtl::read(bytes, file);
 }
@@ -58,6 +60,7 @@ fn obj_text() -> impl Strategy<Value = String> {
         6 => line(vec!["v", "vt", "vn"], number(), 5),
         6 => line(vec!["f"], corner(), 7),
         2 => line(vec!["usemtl", "mtllib", "o", "g", "s"], name(), 2),
+        1 => line(vec!["sphere"], number(), 5),
         1 => line(vec!["l", "p", "vp", "cstype", "foo", ""], number(), 4),
     ];
     prop::collection::vec(lines, 0..30)
@@ -168,9 +171,67 @@ proptest! {
     }
 
     #[test]
+    fn any_stl_words(text in prop_oneof![stl_text(), stl_facets()]) {
+        check(&read_stl(text.as_bytes()));
+    }
+
+    #[test]
+    fn any_off_numbers(text in off_text()) {
+        check(&read_off(text.as_bytes()));
+    }
+
+    #[test]
     fn any_ply_header_and_data(bytes in ply_bytes()) {
         check(&read_ply(&bytes));
     }
+}
+
+fn stl_text() -> impl Strategy<Value = String> {
+    let words = vec![
+        "solid",
+        "endsolid",
+        "facet normal",
+        "outer loop",
+        "vertex",
+        "vertex",
+        "vertex",
+        "endloop",
+        "endfacet",
+        "loop",
+        "x",
+    ];
+    prop::collection::vec(line(words, number(), 5), 0..40).prop_map(|lines| format!("solid a\n{}", lines.concat()))
+}
+
+/// Well-formed facets of few coordinates, so that they meet, with anything between.
+fn stl_facets() -> impl Strategy<Value = String> {
+    let coordinate = || prop_oneof![12 => (0u8..3).prop_map(|i| i.to_string()), 1 => number()];
+    let vertex = [coordinate(), coordinate(), coordinate()].prop_map(|v| format!("vertex {}\n", v.join(" ")));
+    let facet = prop::collection::vec(vertex, 3..6)
+        .prop_map(|corners| format!("facet normal 0 0 1 outer loop\n{}endloop endfacet\n", corners.concat()));
+    prop::collection::vec(facet, 0..12).prop_map(|facets| format!("solid a\n{}endsolid a\n", facets.concat()))
+}
+
+fn off_text() -> impl Strategy<Value = String> {
+    let header = prop::sample::select(vec![
+        "OFF",
+        "COFF",
+        "NOFF",
+        "STOFF",
+        "STCNOFF",
+        "CNOFF",
+        "4OFF",
+        "OFF BINARY",
+        "OFFX",
+        "",
+    ]);
+    let count = || prop_oneof![12 => (0u8..6).prop_map(|i| i.to_string()), 1 => number()];
+    let data = prop::collection::vec(
+        prop_oneof![8 => (0u8..5).prop_map(|i| i.to_string()), 1 => number(), 3 => Just("\n".to_owned())],
+        0..80,
+    );
+    (header, [count(), count(), count()], data)
+        .prop_map(|(header, counts, data)| format!("{header}\n{}\n{}", counts.join(" "), data.join(" ")))
 }
 
 #[test]

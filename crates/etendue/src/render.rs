@@ -161,6 +161,8 @@ pub fn render(
         integrator: settings.integrator,
         max_depth: settings.max_depth.unwrap_or(u32::MAX),
         wants_layers: film.has_layers(),
+        wants_direct: film.has_direct(),
+        transparent: film.is_transparent(),
     };
     let units = Units::new(film.area(), settings);
     control.total.fetch_add(film.area().pixels() as u64 * u64::from(settings.spp), Ordering::Relaxed);

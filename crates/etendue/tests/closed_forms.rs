@@ -7,7 +7,7 @@ use etendue::{
     bsdf::Bsdf,
     math::{DVec3, Frame, Vec3, dvec3},
     sampling::{Sampler, Slot},
-    scene::{PointLight, Scene},
+    scene::{DeltaLight, Scene},
     spectrum::Spectrum,
 };
 use etendue_accel::{Hit, PrimitiveId, Ray};
@@ -117,7 +117,7 @@ fn a_point_light_over_a_floor() {
     let mut parts = Parts::default();
     let floor = parts.diffuse([0.6; 3]);
     parts.rectangle(dvec3(-5.0, 0.0, -5.0), dvec3(0.0, 0.0, 10.0), dvec3(10.0, 0.0, 0.0), floor);
-    parts.0.point_lights.push(PointLight { position: dvec3(0.0, 2.0, 0.0), intensity: Spectrum::splat(3.0) });
+    parts.0.delta_lights.push(DeltaLight::Point { position: dvec3(0.0, 2.0, 0.0), intensity: Spectrum::splat(3.0) });
     let scene = parts.build();
     let mut view = camera(dvec3(0.3, 5.0, 0.0), dvec3(0.0, 0.0, 0.0));
     view.projection = etendue::camera::Projection::Perspective {

@@ -10,7 +10,7 @@ use etendue::{
     material::Scattering,
     math::{DAffine3, DVec3, dvec3},
     render::{RenderControl, RenderSettings, render},
-    sampling::Sampler,
+    sampling::{Filter, Sampler},
     scene::{AcceleratorSettings, Scene, SceneParts},
     spectrum::Spectrum,
 };
@@ -38,7 +38,7 @@ fn parts() -> SceneParts {
             material,
         );
     }
-    parts.0.environment = Some(Spectrum([0.2, 0.3, 0.4]));
+    parts.0.environment = Some(Spectrum([0.2, 0.3, 0.4]).into());
     parts.0
 }
 
@@ -51,7 +51,8 @@ fn base() -> RenderSettings {
 }
 
 fn layers(scene: &Scene, settings: &RenderSettings, crop: Option<[u32; 4]>) -> Image {
-    let film = Film::new(&FilmSettings { resolution: [48, 36], crop, aovs: Aov::ALL.to_vec() }).expect("a film");
+    let film = Film::new(&FilmSettings { resolution: [48, 36], crop, aovs: Aov::ALL.to_vec(), transparent: false })
+        .expect("a film");
     let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));
     render(scene, &view, settings, &film, &RenderControl::default()).expect("valid settings");
     film.develop()
@@ -92,6 +93,31 @@ fn same_bits_for_any_accelerator_and_instruction_set() {
     }
 }
 
+/// Every sampler and filter, with all layers and a transparent background.
+#[test]
+fn same_bits_for_every_sampler_and_filter() {
+    let scene = scene(AcceleratorKind::Bvh, Isa::detect());
+    let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));
+    let filters = Filter::ALL.map(|filter| (Sampler::default(), filter));
+    let samplers = Sampler::ALL.map(|sampler| (sampler, Filter::default()));
+    for (sampler, filter) in filters.into_iter().chain(samplers) {
+        let picture = |crop, threads, tile, wave| {
+            let settings = FilmSettings { resolution: [24, 18], crop, aovs: Aov::ALL.to_vec(), transparent: true };
+            let film = Film::new(&settings).expect("a film");
+            let settings = RenderSettings { sampler, filter, threads, tile, wave, ..base() };
+            render(&scene, &view, &settings, &film, &RenderControl::default()).expect("valid settings");
+            bits(&film.develop())
+        };
+        let reference = picture(None, 1, 32, 256);
+        assert_eq!(reference, picture(None, 3, 5, 17), "{sampler}, {filter}");
+        let [x0, y0, x1, y1] = [7, 3, 20, 15];
+        for ((name, whole), (_, part)) in reference.iter().zip(&picture(Some([x0, y0, x1, y1]), 2, 4096, 1000)) {
+            let cut: Vec<u32> = (y0..y1).flat_map(|y| (x0..x1).map(move |x| whole[(y * 24 + x) as usize])).collect();
+            assert_eq!(&cut, part, "{name}, {sampler}, {filter}");
+        }
+    }
+}
+
 #[test]
 fn a_crop_is_that_crop_of_the_whole() {
     let scene = scene(AcceleratorKind::Bvh, Isa::detect());
@@ -128,7 +154,8 @@ fn every_view_renders_without_a_number_left_out() {
 #[test]
 fn a_cancelled_render_keeps_whole_samples() {
     let scene = scene(AcceleratorKind::Bvh, Isa::detect());
-    let film = Film::new(&FilmSettings { resolution: [48, 36], crop: None, aovs: vec![] }).expect("a film");
+    let film = Film::new(&FilmSettings { resolution: [48, 36], crop: None, aovs: vec![], transparent: false })
+        .expect("a film");
     let control = RenderControl::default();
     control.cancel();
     let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));

@@ -10,13 +10,13 @@ use etendue::{
     math::{DAffine3, DVec3, dvec3},
     render::{RenderControl, RenderError, RenderSettings, render},
     sampling::Sampler,
-    scene::{PointLight, Scene},
+    scene::{DeltaLight, Scene},
     spectrum::Spectrum,
 };
 use etendue_testkit::{Moments, ttest::t_test};
 
 fn film(resolution: [u32; 2], crop: Option<[u32; 4]>, aovs: &[Aov]) -> Result<Film, FilmError> {
-    Film::new(&FilmSettings { resolution, crop, aovs: aovs.to_vec() })
+    Film::new(&FilmSettings { resolution, crop, aovs: aovs.to_vec(), transparent: false })
 }
 
 fn developed(scene: &Scene, settings: &RenderSettings, aovs: &[Aov]) -> Image {
@@ -124,7 +124,7 @@ fn samples_out_of_range_are_counted_and_located() {
     let mut parts = Parts::default();
     let white = parts.diffuse([0.8; 3]);
     parts.rectangle(dvec3(-5.0, -1.0, -5.0), dvec3(0.0, 0.0, 10.0), dvec3(10.0, 0.0, 0.0), white);
-    parts.0.point_lights.push(PointLight { position: dvec3(0.0, 1.0, 0.0), intensity: Spectrum::splat(1e20) });
+    parts.0.delta_lights.push(DeltaLight::Point { position: dvec3(0.0, 1.0, 0.0), intensity: Spectrum::splat(1e20) });
     let scene = parts.build();
     let film = film([8, 8], None, &[]).expect("a film");
     let view = camera(dvec3(0.0, 0.5, 4.0), dvec3(0.0, 0.0, 0.0));
@@ -139,7 +139,7 @@ fn samples_out_of_range_are_counted_and_located() {
 #[test]
 fn an_empty_scene_is_its_sky() {
     let mut parts = Parts::default();
-    parts.0.environment = Some(Spectrum([0.25, 0.5, 0.75]));
+    parts.0.environment = Some(Spectrum([0.25, 0.5, 0.75]).into());
     let scene = parts.build();
     let image = developed(&scene, &statistics(Integrator::Path, 3), &Aov::ALL);
     assert!(interleaved(&image).chunks(3).all(|p| p == [0.25, 0.5, 0.75]));
@@ -170,7 +170,7 @@ fn moving_the_whole_scene_does_not_change_the_picture() {
         let white = parts.diffuse([0.7; 3]);
         let body = parts.shape(ball(2));
         parts.place(body, DAffine3::from_translation(shift), white);
-        parts.0.environment = Some(Spectrum::ONE);
+        parts.0.environment = Some(Spectrum::ONE.into());
         let view = camera(shift + dvec3(0.0, 0.5, 4.0), shift);
         interleaved(&picture(&parts.build(), &view, [16, 16], &statistics(Integrator::Path, 4)))
     };

@@ -84,7 +84,7 @@ fn under_white_sky(
     let shape = parts.shape(body);
     let at = dvec3(shift, -shift, 0.5 * shift);
     parts.place(shape, DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::splat(scale)), material);
-    parts.0.environment = Some(Spectrum::ONE);
+    parts.0.environment = Some(Spectrum::ONE.into());
     let view = camera(at + scale * dvec3(2.0, 2.5, 3.0), at);
     (parts.build(), view)
 }
@@ -152,7 +152,7 @@ fn half_transparent_bodies_vanish_under_a_white_sky() {
             let to = DAffine3::from_translation(at + scale * dvec3(1.2 * i as f64 - 1.2, 0.0, 0.0));
             parts.place(shape, to * DAffine3::from_scale(DVec3::splat(0.7 * scale)), material);
         }
-        parts.0.environment = Some(Spectrum::ONE);
+        parts.0.environment = Some(Spectrum::ONE.into());
         let scene = parts.build();
         let view = camera(at + scale * dvec3(2.0, 3.0, 5.0), at);
         for integrator in SOLVERS {
@@ -190,7 +190,7 @@ fn faces_in_one_place_do_not_shadow_each_other() {
                 let turn = DAffine3::from_translation(at) * DAffine3::from_rotation_y(0.4);
                 parts.place(shape, turn * DAffine3::from_scale(DVec3::splat(scale)), material);
             }
-            parts.0.environment = Some(Spectrum::ONE);
+            parts.0.environment = Some(Spectrum::ONE.into());
             let view = camera(at + scale * dvec3(2.0, 2.5, 3.0), at);
             let image = picture(&parts.build(), &view, [128, 128], &statistics(Integrator::Brute, 4));
             let values = interleaved(&image);

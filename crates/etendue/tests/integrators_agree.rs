@@ -64,7 +64,7 @@ fn glass_under_sky() -> (Scene, CameraSettings) {
     parts.sphere(dvec3(-1.1, -0.3, 0.0), 0.7, clear);
     parts.sphere(dvec3(0.9, -0.4, 0.3), 0.6, mirror);
     parts.sphere(dvec3(0.2, 1.3, 0.2), 0.7, lamp);
-    parts.0.environment = Some(tinted([0.4, 0.5, 0.6]));
+    parts.0.environment = Some(tinted([0.4, 0.5, 0.6]).into());
     (parts.build(), camera(dvec3(0.0, 0.8, 5.0), dvec3(0.0, -0.1, 0.0)))
 }
 
@@ -78,7 +78,7 @@ fn rough_metal() -> (Scene, CameraSettings) {
         parts.sphere(dvec3(1.4 * i as f64 - 1.4, -0.4, 0.0), 0.6, metal);
     }
     parts.rectangle(dvec3(-3.0, 2.0, -1.0), dvec3(6.0, 0.0, 0.0), dvec3(0.0, 1.0, 4.0), light);
-    parts.0.environment = Some(Spectrum::splat(0.2));
+    parts.0.environment = Some(Spectrum::splat(0.2).into());
     (parts.build(), camera(dvec3(0.0, 1.0, 5.0), dvec3(0.0, -0.2, 0.0)))
 }
 
@@ -109,7 +109,7 @@ fn rough_glass() -> (Scene, CameraSettings) {
     );
     let lamp = parts.shape(ball(1));
     parts.place(lamp, DAffine3::from_translation(dvec3(0.0, 1.4, 0.5)) * DAffine3::from_scale(DVec3::splat(0.8)), glow);
-    parts.0.environment = Some(Spectrum::splat(0.3));
+    parts.0.environment = Some(Spectrum::splat(0.3).into());
     (parts.build(), camera(dvec3(0.0, 0.8, 5.0), dvec3(0.0, -0.1, 0.0)))
 }
 
@@ -130,7 +130,7 @@ fn instances() -> (Scene, CameraSettings) {
         parts.place(body, DAffine3::from_scale_rotation_translation(stretch, turn, at), material);
     }
     parts.rectangle(dvec3(-1.0, -0.5, 1.0), dvec3(2.0, 0.0, 0.3), dvec3(0.0, 1.2, -0.2), leaf);
-    parts.0.environment = Some(Spectrum::splat(0.25));
+    parts.0.environment = Some(Spectrum::splat(0.25).into());
     (parts.build(), camera(dvec3(0.0, 0.8, 5.0), dvec3(0.0, 0.1, 0.0)))
 }
 
@@ -150,7 +150,7 @@ fn ellipsoids() -> (Scene, CameraSettings) {
     parts.place(sphere, stretched(dvec3(-1.1, -0.3, 0.2), dvec3(0.5, 0.7, 0.5)), clear);
     parts.place(sphere, stretched(dvec3(1.0, -0.4, 0.4), dvec3(0.7, 0.4, 0.5)), veil);
     parts.rectangle(dvec3(-2.0, 0.3, 0.5), dvec3(4.0, 0.0, 0.0), dvec3(0.0, 0.5, 0.5), veil);
-    parts.0.environment = Some(Spectrum::splat(0.3));
+    parts.0.environment = Some(Spectrum::splat(0.3).into());
     (parts.build(), camera(dvec3(0.0, 0.6, 5.0), dvec3(0.0, 0.1, 0.0)))
 }
 

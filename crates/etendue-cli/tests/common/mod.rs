@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test program uses its own part")]
 
 use etendue::image::Image;
-use etendue_scene::output::{Limits, read_image};
+use etendue_scene::image_file::{Limits, read_image};
 use serde_json::Value;
 use std::{
     fs,

@@ -2,49 +2,67 @@
 
 use super::textures::{TextureFiles, Textures};
 use crate::{
-    Diagnostic, Diagnostics, Limits, Origin, Severity, SourceMap,
-    description::{Located, MeshSource, SceneDescription, TextureRecord},
-    mesh_file::{self, MeshFile, MeshFormat, MeshLimits},
+    Diagnostic, Diagnostics, Limits, Origin, Severity, SourceMap, crease,
+    description::{Located, MeshRecord, MeshSource, SceneDescription, TextureRecord},
+    mesh_file::{self, MeshFile, MeshFormat, MeshLimits, Sphere},
 };
 use etendue::{
     material::Material,
-    scene::{Mesh, SceneParts, Shape},
+    scene::{SceneParts, Shape},
 };
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
 };
 
-/// A mesh in the scene's parts.
+/// What an object is made of, in the scene's parts.
 #[derive(Clone, Debug)]
-pub struct MeshRef {
-    /// Index into `SceneParts::shapes`.
-    pub shape: usize,
+pub struct Geometry {
+    /// Of a mesh file, its mesh and its spheres, one of them at least; otherwise one shape.
+    pub pieces: Vec<Piece>,
     /// Indices into `SceneParts::materials` of the file's own materials; empty if it has none.
     pub materials: Vec<usize>,
 }
 
+/// One shape of an object.
+#[derive(Clone, Copy, Debug)]
+pub struct Piece {
+    /// Index into `SceneParts::shapes`.
+    pub shape: usize,
+    /// The only material that it uses, as index into [`Geometry::materials`]; absent: it uses them all.
+    pub material: Option<u32>,
+}
+
+impl Geometry {
+    /// One shape without materials of its own.
+    pub fn of_shape(shape: usize) -> Self {
+        Self { pieces: vec![Piece { shape, material: None }], materials: Vec::new() }
+    }
+}
+
 /// An error if a mesh file is of no kind that is read.
 pub fn unknown_ending(path: &Path, origin: &Origin) -> Option<Diagnostic> {
-    let error = || {
-        let endings = MeshFormat::ALL.map(|(_, ending)| format!(".{ending}")).join(", ");
-        Diagnostic::error(format!("cannot read {} as a mesh", path.display()))
-            .at(origin.clone())
-            .help(format!("meshes are read from files that end in {endings}, also with .gz"))
-    };
-    MeshFormat::of_path(path).is_none().then(error)
+    MeshFormat::of_path(path).is_none().then(|| mesh_file::unknown_kind(path).at(origin.clone()))
+}
+
+/// A path, and the bits of a crease angle.
+type FileKey = (PathBuf, Option<u64>);
+
+fn add(shape: Shape, parts: &mut SceneParts) -> usize {
+    parts.shapes.push(shape);
+    parts.shapes.len() - 1
 }
 
 /// Loads meshes and collects findings.
 pub struct Loader<'a> {
-    description: &'a SceneDescription,
-    sources: &'a mut SourceMap,
-    limits: &'a Limits,
-    names: BTreeMap<&'a str, &'a MeshSource>,
-    inline: BTreeMap<&'a str, MeshRef>,
-    /// `None`: could not be read, which has been reported.
-    files: BTreeMap<PathBuf, Option<MeshRef>>,
-    triangles: usize,
+    pub(super) description: &'a SceneDescription,
+    pub(super) sources: &'a mut SourceMap,
+    pub(super) limits: &'a Limits,
+    names: BTreeMap<&'a str, &'a MeshRecord>,
+    inline: BTreeMap<&'a str, Geometry>,
+    /// By path and crease angle. `None`: could not be read, which has been reported.
+    files: BTreeMap<FileKey, Option<Geometry>>,
+    primitives: usize,
     textures: Textures,
     /// What was found.
     pub findings: Diagnostics,
@@ -56,49 +74,63 @@ impl<'a> Loader<'a> {
             description,
             sources,
             limits,
-            names: description.meshes.iter().map(|m| (m.name.as_str(), &m.source)).collect(),
+            names: description.meshes.iter().map(|m| (m.name.as_str(), m)).collect(),
             inline: BTreeMap::new(),
             files: BTreeMap::new(),
-            triangles: 0,
+            primitives: 0,
             textures: Textures::default(),
             findings: Diagnostics::new(),
         }
     }
 
-    /// The mesh of `[meshes.NAME]`.
-    pub fn named(&mut self, name: &'a Located<String>, parts: &mut SceneParts) -> Option<MeshRef> {
+    /// The geometry of `[meshes.NAME]`.
+    pub fn named(&mut self, name: &'a Located<String>, parts: &mut SceneParts) -> Option<Geometry> {
         let key = name.value.as_str();
-        match self.names.get(key).copied() {
-            None => {
-                let error = Diagnostic::error(format!("no mesh is called `{key}`")).at(name.origin.clone());
-                self.findings.push(error);
-                None
-            }
-            Some(MeshSource::File(path)) => self.file(path, parts),
-            Some(MeshSource::Inline(mesh)) => {
-                if let Some(known) = self.inline.get(key) {
-                    return Some(known.clone());
-                }
-                let shape = self.add(mesh.clone(), &name.origin, parts)?;
-                let mesh = MeshRef { shape, materials: Vec::new() };
-                self.inline.insert(key, mesh.clone());
-                Some(mesh)
-            }
+        let Some(MeshRecord { source, crease_angle, .. }) = self.names.get(key).copied() else {
+            let error = Diagnostic::error(format!("no mesh is called `{key}`")).at(name.origin.clone());
+            self.findings.push(error);
+            return None;
+        };
+        let mesh = match source {
+            MeshSource::File(path) => return self.file(path, *crease_angle, parts),
+            MeshSource::Inline(mesh) => mesh,
+        };
+        if let Some(known) = self.inline.get(key) {
+            return Some(known.clone());
         }
+        self.count(mesh.indices.len(), &name.origin)?;
+        let mut mesh = mesh.clone();
+        if let Some(angle) = crease_angle {
+            crease::smooth(&mut mesh, *angle);
+        }
+        let geometry = Geometry::of_shape(add(Shape::Mesh(mesh), parts));
+        self.inline.insert(key, geometry.clone());
+        Some(geometry)
     }
 
-    /// The mesh of a file.
-    pub fn file(&mut self, path: &Located<PathBuf>, parts: &mut SceneParts) -> Option<MeshRef> {
-        let full = self.description.folder.join(&path.value);
-        if let Some(known) = self.files.get(&full) {
+    /// What is in a file.
+    pub fn file(
+        &mut self,
+        path: &Located<PathBuf>,
+        crease_angle: Option<f64>,
+        parts: &mut SceneParts,
+    ) -> Option<Geometry> {
+        let key = (self.description.folder.join(&path.value), crease_angle.map(f64::to_bits));
+        if let Some(known) = self.files.get(&key) {
             return known.clone();
         }
-        let mesh = self.load(&full, &path.origin, parts);
-        self.files.insert(full, mesh.clone());
-        mesh
+        let geometry = self.load(&key.0, &path.origin, crease_angle, parts);
+        self.files.insert(key, geometry.clone());
+        geometry
     }
 
-    fn load(&mut self, path: &Path, origin: &Origin, parts: &mut SceneParts) -> Option<MeshRef> {
+    fn load(
+        &mut self,
+        path: &Path,
+        origin: &Origin,
+        crease_angle: Option<f64>,
+        parts: &mut SceneParts,
+    ) -> Option<Geometry> {
         if let Some(error) = unknown_ending(path, origin) {
             self.findings.push(error);
             return None;
@@ -112,18 +144,7 @@ impl<'a> Loader<'a> {
             }
         };
         match mesh_file::read(self.sources, file, &limits) {
-            Ok(MeshFile { mesh, materials, notes, .. }) => {
-                self.findings.append(notes);
-                let shape = self.add(mesh, origin, parts)?;
-                let first = parts.materials.len();
-                for named in materials {
-                    // Names in a library are relative to the library.
-                    let library = named.origin.as_ref().and_then(Origin::span).map(|span| self.sources.path(span.file));
-                    let folder = library.unwrap_or(path).parent().unwrap_or(Path::new("")).to_owned();
-                    self.material(&named.material, named.origin.as_ref(), &folder, Severity::Warning, parts);
-                }
-                Some(MeshRef { shape, materials: (first..parts.materials.len()).collect() })
-            }
+            Ok(file) => self.add_file(file, path, origin, crease_angle, parts),
             Err(findings) => {
                 self.findings.append(findings);
                 None
@@ -131,16 +152,52 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// Adds a mesh to the parts, under the limit of triangles.
-    fn add(&mut self, mesh: Mesh, origin: &Origin, parts: &mut SceneParts) -> Option<usize> {
-        self.triangles = self.triangles.saturating_add(mesh.indices.len());
-        if self.triangles > self.limits.triangles {
+    /// Adds mesh, spheres and materials of a file.
+    fn add_file(
+        &mut self,
+        file: MeshFile,
+        path: &Path,
+        origin: &Origin,
+        crease_angle: Option<f64>,
+        parts: &mut SceneParts,
+    ) -> Option<Geometry> {
+        let MeshFile { mut mesh, spheres, materials, notes, .. } = file;
+        self.findings.append(notes);
+        self.count(mesh.indices.len().saturating_add(spheres.len()), origin)?;
+        if let Some(angle) = crease_angle {
+            if mesh.normals.is_some() {
+                let note = Diagnostic::note("`crease_angle` is not used: the file has normals or smoothing groups");
+                self.findings.push(note.at(origin.clone()));
+            }
+            crease::smooth(&mut mesh, angle);
+        }
+        let mut pieces = Vec::with_capacity(spheres.len() + 1);
+        if !mesh.indices.is_empty() || spheres.is_empty() {
+            pieces.push(Piece { shape: add(Shape::Mesh(mesh), parts), material: None });
+        }
+        pieces.extend(spheres.iter().map(|&Sphere { center, radius, material }| Piece {
+            shape: add(Shape::Sphere { center, radius }, parts),
+            material: (!materials.is_empty()).then_some(material),
+        }));
+        let first = parts.materials.len();
+        for named in materials {
+            // Names in a library are relative to the library.
+            let library = named.origin.as_ref().and_then(Origin::span).map(|span| self.sources.path(span.file));
+            let folder = library.unwrap_or(path).parent().unwrap_or(Path::new("")).to_owned();
+            self.material(&named.material, named.origin.as_ref(), &folder, Severity::Warning, parts);
+        }
+        Some(Geometry { pieces, materials: (first..parts.materials.len()).collect() })
+    }
+
+    /// Counts triangles and spheres against the limit; `None` after an error.
+    fn count(&mut self, primitives: usize, origin: &Origin) -> Option<()> {
+        self.primitives = self.primitives.saturating_add(primitives);
+        if self.primitives > self.limits.triangles {
             let message = format!("the scene has more than {} triangles", self.limits.triangles);
             self.findings.push(Diagnostic::error(message).at(origin.clone()));
             return None;
         }
-        parts.shapes.push(Shape::Mesh(mesh));
-        Some(parts.shapes.len() - 1)
+        Some(())
     }
 
     /// Adds a material: its textures loaded, whose names are relative to `folder`. Reports what the renderer would refuse,

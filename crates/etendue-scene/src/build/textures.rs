@@ -2,9 +2,9 @@
 
 use crate::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap, description::TextureRecord, find_file::find_file,
-    output::read_image,
+    image_file::decode_texture,
 };
-use etendue::texture::{Samples, Texture, TextureImage, Transfer};
+use etendue::texture::{Texture, TextureImage, Transfer};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -82,11 +82,12 @@ impl TextureFiles<'_> {
 }
 
 fn read(path: &Path, files: &mut TextureFiles) -> Result<Arc<TextureImage>, String> {
-    let image = read_image(path, &Default::default()).map_err(|error| error.to_string())?;
-    let channel = |name| image.f32_channel(name).ok_or_else(|| format!("{} has no colour", path.display()));
-    let [r, g, b] = [channel("R")?, channel("G")?, channel("B")?];
-    let samples: Vec<f32> = (0..r.len()).flat_map(|i| [r[i], g[i], b[i]]).collect();
-    let _ = &files.sources;
-    let image = TextureImage::new(image.width, image.height, 3, Samples::F32(samples.into()), Transfer::Linear);
-    Ok(Arc::new(image.map_err(|error| error.to_string())?))
+    let limits = &files.limits.images;
+    let file = files.sources.read(path, limits.file).map_err(|error| error.to_string())?;
+    let bytes = files.sources.bytes(file);
+    let image = decode_texture(path, &bytes, limits).map_err(|error| error.to_string())?;
+    match image.into_texture() {
+        Ok(image) => Ok(Arc::new(image)),
+        Err(error) => Err(format!("{}: {error}", path.display())),
+    }
 }

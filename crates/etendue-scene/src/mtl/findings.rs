@@ -35,6 +35,7 @@ pub enum Ignored {
     Halo,
     LampByName,
     Medium,
+    MediumByName,
     NoFile,
     NormalsByName,
     OpaqueDialect,
@@ -47,6 +48,24 @@ pub enum Ignored {
     TintUnused,
     TooMany,
     UnitIndex,
+}
+
+impl Ignored {
+    /// Counted by statements, where other kinds count materials.
+    pub fn is_of_statements(self) -> bool {
+        matches!(
+            self,
+            Self::Ambient
+                | Self::AmbientEmits
+                | Self::AmbientMap
+                | Self::Antialiasing
+                | Self::Brdf
+                | Self::Decal
+                | Self::Displacement
+                | Self::Medium
+                | Self::Reflection
+        )
+    }
 }
 
 impl Finding for Ignored {
@@ -114,6 +133,9 @@ impl Finding for Ignored {
             Self::Halo => note(format!("`d -halo` counts as `d`{times}")),
             Self::LampByName => note(format!("`AreaLightSource` emits `Kd` ({materials})")),
             Self::Medium => warning(format!("scattering media are not rendered: `{key}` ignored{times}")),
+            Self::MediumByName => {
+                warning(format!("`GlobalScatter` stands for a scattering medium, which is not rendered ({materials})"))
+            }
             Self::NoFile => warning(format!("`{key}` without a file name ignored{times}")),
             Self::NormalsByName => {
                 note(format!("`bump` read as a map of normals, as its file's name says ({materials})"))

@@ -51,10 +51,7 @@ pub fn material(record: &Record, is_dialect: bool, note: Note) -> Material<Textu
 
 fn say_what_has_no_use(record: &Record, note: Note) {
     if MEDIA.contains(&record.name.as_str()) {
-        // The material itself may be on a surface all the same.
-        note(Ignored::Medium, Key::Scatter);
-    } else if record.has(Key::Scatter) {
-        note(Ignored::Medium, Key::Scatter);
+        note(Ignored::MediumByName, Key::Scatter);
     }
     for (key, why) in [
         (Key::MapAmbient, Ignored::AmbientMap),
@@ -64,6 +61,7 @@ fn say_what_has_no_use(record: &Record, note: Note) {
         (Key::Sharpness, Ignored::Antialiasing),
         (Key::Antialiasing, Ignored::Antialiasing),
         (Key::Brdf, Ignored::Brdf),
+        (Key::Scatter, Ignored::Medium),
     ] {
         if record.has(key) {
             note(why, key);

@@ -267,8 +267,10 @@ impl Parser<'_> {
         for mut record in self.records {
             let mut noted = vec![];
             let material = mapping::material(&record, is_dialect, &mut |what, key| {
-                let place = record.entries.get(&key).map_or(&record.place, |entry| &entry.place);
-                self.ignored.add(what, key.name().as_bytes(), self.file, place.clone());
+                let entry = record.entries.get(&key);
+                let place = entry.map_or(&record.place, |entry| &entry.place).clone();
+                let count = entry.filter(|_| what.is_of_statements()).map_or(1, |entry| entry.count);
+                self.ignored.add_many(what, key.name().as_bytes(), count, self.file, place);
                 noted.push(key);
             });
             for key in noted {

@@ -2,11 +2,11 @@
 
 use super::{
     skipped::Skipped,
-    statements::{NONE, Statements},
-    unifier::{Triple, Unifier},
+    statements::Statements,
+    unifier::{NONE, Triple, Unifier},
 };
 use crate::{
-    polygon::{Cut, Triangulator, newell},
+    polygon::{Cut, Triangulator, angle_at, newell},
     positions::localise,
 };
 use etendue::scene::Mesh;
@@ -196,9 +196,7 @@ impl<'a> Assembly<'a> {
     /// The ring's inner angle at corner `i`, radians.
     fn angle(&self, i: usize) -> f64 {
         let count = self.points.len();
-        let here = self.points[i];
-        let (a, b) = (self.points[(i + count - 1) % count] - here, self.points[(i + 1) % count] - here);
-        libm::atan2(a.cross(b).length(), a.dot(b))
+        angle_at(self.points[(i + count - 1) % count], self.points[i], self.points[(i + 1) % count])
     }
 
     fn cut(&mut self, face: u32) {

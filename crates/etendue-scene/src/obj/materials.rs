@@ -1,6 +1,6 @@
 //! The materials that an OBJ file's faces use.
 
-use super::statements::{NONE, Statements};
+use super::{statements::Statements, unifier::NONE};
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     mesh_file::{KeyUse, MeshFile, NamedMaterial, OpenLibrary},
@@ -33,6 +33,8 @@ pub(super) struct Used {
     pub materials: Vec<NamedMaterial>,
     /// What became of the libraries' keys.
     pub keys: Vec<KeyUse>,
+    /// How many of them faces use; the others are of spheres.
+    pub of_faces: usize,
     index: BTreeMap<u32, u32>,
 }
 
@@ -139,22 +141,29 @@ impl Libraries<'_> {
     }
 
     fn look_up(&mut self, statements: &Statements) -> Used {
-        let mut used = Used { materials: vec![], keys: vec![], index: BTreeMap::new() };
+        let mut used = Used { materials: vec![], keys: vec![], of_faces: 0, index: BTreeMap::new() };
         for &(_, number) in &statements.materials.runs {
-            let next = used.materials.len() as u32;
-            if used.index.contains_key(&number) {
-                continue;
-            }
-            used.index.insert(number, next);
-            used.materials.push(match statements.material_names.get(number as usize) {
-                Some(&(name, place)) => self.material(name, place),
-                None => NamedMaterial { name: String::new(), material: MeshFile::default_material(""), origin: None },
-            });
+            self.add_used(number, statements, &mut used);
         }
-        if statements.materials.runs.iter().all(|(_, number)| *number == NONE) {
+        used.of_faces = used.materials.len();
+        for &(.., number) in &statements.spheres {
+            self.add_used(number, statements, &mut used);
+        }
+        if used.index.keys().all(|number| *number == NONE) {
             used.materials.clear();
         }
         used
+    }
+
+    fn add_used(&mut self, number: u32, statements: &Statements, used: &mut Used) {
+        if used.index.contains_key(&number) {
+            return;
+        }
+        used.index.insert(number, used.materials.len() as u32);
+        used.materials.push(match statements.material_names.get(number as usize) {
+            Some(&(name, place)) => self.material(name, place),
+            None => NamedMaterial { name: String::new(), material: MeshFile::default_material(""), origin: None },
+        });
     }
 
     fn material(&mut self, name: &[u8], place: Span) -> NamedMaterial {

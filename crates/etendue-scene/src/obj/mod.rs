@@ -10,6 +10,7 @@
 //! | `o NAME`, `g NAMES` | named runs of faces |
 //! | `usemtl NAME` | the material of the faces that follow; names may hold blanks |
 //! | `mtllib NAMES` | material libraries (see [`crate::mtl`]); names may hold blanks if they end in `.mtl` |
+//! | `sphere x y z r` | a sphere about (x, y, z), in the units of the file, with the current material: an extension |
 //! | `l`, `p`, free-form curves and surfaces, display attributes | skipped with a note |
 //!
 //! Lines end with LF, CRLF or CR, a backslash at the end continues one, `#` begins a comment. A byte order mark is skipped.
@@ -22,11 +23,11 @@ mod assemble;
 mod materials;
 mod skipped;
 mod statements;
-mod unifier;
+pub(crate) mod unifier;
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Span,
-    mesh_file::{Group, MeshFile, OpenLibrary, fatal},
+    mesh_file::{Group, MeshFile, OpenLibrary, Sphere, fatal},
 };
 use statements::Statements;
 use std::ops::Range;
@@ -47,7 +48,7 @@ pub fn read(bytes: &[u8], file: FileId, open: OpenLibrary) -> Result<MeshFile, D
     }
     let mut statements = statements::parse(bytes, file);
     let mut found = std::mem::take(&mut statements.errors);
-    let used = materials::resolve(&statements, bytes, file, open, &mut found);
+    let mut used = materials::resolve(&statements, bytes, file, open, &mut found);
     if !found.has_errors() && !statements.is_obj {
         found.push(Diagnostic::error("no OBJ statement in this file").at(Span::new(file, 0..0)));
     }
@@ -57,19 +58,22 @@ pub fn read(bytes: &[u8], file: FileId, open: OpenLibrary) -> Result<MeshFile, D
         return Err(found);
     }
     let index_of = |number| used.index_of(number);
-    let assembled = assemble::assemble(&mut statements, if used.materials.len() > 1 { Some(&index_of) } else { None });
+    let several = used.of_faces > 1;
+    let assembled = assemble::assemble(&mut statements, if several { Some(&index_of) } else { None });
     for (what, count, face) in assembled.repairs {
         let place = statements.face_place(bytes, face);
         statements.skipped.add_many(what, b"", count, file, place);
     }
     let groups = named_groups(&statements, bytes, &assembled.groups, assembled.mesh.indices.len());
-    let keys = statements.skipped.uses().into_iter().chain(used.keys).collect();
+    let keys = statements.skipped.uses().into_iter().chain(std::mem::take(&mut used.keys)).collect();
     statements.skipped.report(&mut found);
-    if assembled.mesh.indices.is_empty() {
+    let place = |&(center, radius, number): &_| Sphere { center, radius, material: used.index_of(number) };
+    let spheres: Vec<Sphere> = statements.spheres.iter().map(place).collect();
+    if assembled.mesh.indices.is_empty() && spheres.is_empty() {
         found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
     }
     found.sort();
-    Ok(MeshFile { mesh: assembled.mesh, materials: used.materials, groups, keys, notes: found })
+    Ok(MeshFile { mesh: assembled.mesh, spheres, materials: used.materials, groups, keys, notes: found })
 }
 
 /// The runs of faces with an `o` or `g` name; `starts` are the first triangles of all runs.

@@ -1,6 +1,6 @@
 //! The statements of an OBJ file, as arrays.
 
-use super::skipped::Skipped;
+use super::{skipped::Skipped, unifier::NONE};
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     positions::LARGEST,
@@ -8,9 +8,6 @@ use crate::{
 };
 use glam::DVec3;
 use std::{collections::BTreeMap, ops::Range};
-
-/// No texture coordinates, normal or material.
-pub(super) const NONE: u32 = u32::MAX;
 
 /// What an OBJ file says, indices resolved to count from 0. Materials and groups are runs of faces.
 pub(super) struct Statements<'a> {
@@ -24,6 +21,8 @@ pub(super) struct Statements<'a> {
     /// Smoothing groups; 0 is none.
     pub smoothing: Runs<u32>,
     pub groups: Runs<Names>,
+    /// Centre, radius, material.
+    pub spheres: Vec<(DVec3, f64, u32)>,
     /// Names that `usemtl` uses, with the place of the first use.
     pub material_names: Vec<(&'a [u8], Span)>,
     /// Names that `mtllib` gives.
@@ -234,6 +233,7 @@ impl<'a> Parser<'a> {
             materials: Runs::new(NONE),
             smoothing: Runs::new(0),
             groups: Runs::new(Names { object: None, group: None }),
+            spheres: vec![],
             material_names: vec![],
             libraries: vec![],
             face_places: vec![],
@@ -295,6 +295,7 @@ impl<'a> Parser<'a> {
             b"o" => self.out.groups.current = Names { object: Some(self.cursor.name()), group: None },
             b"g" => self.out.groups.current.group = Some(self.cursor.name()).filter(|name| !name.is_empty()),
             b"s" => self.smoothing(),
+            b"sphere" => self.sphere(),
             b"l" | b"p" => self.skip(Skipped::LinesAndPoints, key),
             b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf" | b"parm" | b"trim"
             | b"hole" | b"scrv" | b"sp" | b"end" | b"con" | b"ctech" | b"stech" => self.skip(Skipped::FreeForm, key),
@@ -314,23 +315,70 @@ impl<'a> Parser<'a> {
     /// `v x y z [w]` or `v x y z r g b [a]`
     #[inline(always)]
     fn vertex(&mut self) {
-        let mut position = DVec3::ZERO;
-        for axis in 0..3 {
-            self.cursor.skip_blanks();
-            let start = self.cursor.at;
-            match self.cursor.number() {
-                Ok(value) if value.abs() <= LARGEST => position[axis] = value,
-                Ok(_) => {
-                    self.cursor.at = start;
-                    return self.bad_vertex(None);
-                }
-                Err(error) => return self.bad_vertex(Some(error)),
-            }
-        }
+        // A bad one keeps its place, so that the indices of others stay right.
+        let (position, good) = self.point("x y z of a vertex");
         self.out.positions.push(position);
+        if !good {
+            return;
+        }
         self.cursor.skip_blanks();
         if !self.cursor.at_line_end() {
             self.rest_of_vertex();
+        }
+    }
+
+    /// Three coordinates, and whether they could be read; if not, that is reported.
+    #[inline(always)]
+    fn point(&mut self, what: &str) -> (DVec3, bool) {
+        let mut point = DVec3::ZERO;
+        for axis in 0..3 {
+            match self.coordinate(what) {
+                Some(value) => point[axis] = value,
+                None => return (DVec3::ZERO, false),
+            }
+        }
+        (point, true)
+    }
+
+    /// A number that is not too large, or `None` after a report.
+    #[inline(always)]
+    fn coordinate(&mut self, what: &str) -> Option<f64> {
+        self.cursor.skip_blanks();
+        let start = self.cursor.at;
+        match self.cursor.number() {
+            Ok(value) if value.abs() <= LARGEST => Some(value),
+            Ok(_) => {
+                self.cursor.at = start;
+                self.too_large();
+                None
+            }
+            Err(_) => {
+                self.bad_number(what);
+                None
+            }
+        }
+    }
+
+    /// `sphere x y z r`
+    fn sphere(&mut self) {
+        const WHAT: &str = "x y z and the radius of a sphere";
+        let (center, good) = self.point(WHAT);
+        if !good {
+            return;
+        }
+        self.cursor.skip_blanks();
+        let start = self.cursor.at;
+        let Some(radius) = self.coordinate(WHAT) else { return };
+        if radius <= 0.0 {
+            self.cursor.at = start;
+            let place = self.place(self.cursor.here());
+            let error = Diagnostic::error("the radius of a sphere is not above 0").at(place);
+            return self.out.errors.push(error.label("expected a number above 0"));
+        }
+        self.out.spheres.push((center, radius, self.out.materials.current));
+        self.cursor.skip_blanks();
+        if !self.cursor.at_line_end() {
+            self.skip(Skipped::MoreNumbers, self.cursor.here());
         }
     }
 
@@ -347,18 +395,12 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Reports it, and keeps its place so that the indices of others stay right.
     #[cold]
-    fn bad_vertex(&mut self, error: Option<NumberError>) {
-        self.out.positions.push(DVec3::ZERO);
+    fn too_large(&mut self) {
         let place = self.place(self.cursor.here());
         let word = shown(&self.cursor.bytes[self.cursor.here()]);
-        self.out.errors.push(match error {
-            None => Diagnostic::error(format!("coordinate {word} is too large"))
-                .at(place)
-                .label(format!("expected at most {LARGEST:e}")),
-            Some(error) => number_error(error, &word, "x y z of a vertex").at(place),
-        });
+        let error = Diagnostic::error(format!("coordinate {word} is too large")).at(place);
+        self.out.errors.push(error.label(format!("expected at most {LARGEST:e}")));
     }
 
     fn place(&self, range: Range<usize>) -> Span {

@@ -1,12 +1,13 @@
 //! One vertex for equal corners.
 
-use super::statements::NONE;
+/// No texture coordinates, normal or material.
+pub(crate) const NONE: u32 = u32::MAX;
 
 /// Numbers distinct (position, texture coordinates, shading) triples in the order of their first use.
 ///
 /// Triples with the same position are chained, which finds them without a hash and near in memory; a chain stops at
 /// `LONGEST`, and further triples go to a hash table, so that a position with very many of them costs no more.
-pub(super) struct Unifier {
+pub(crate) struct Unifier {
     /// First triple of each position.
     heads: Vec<u32>,
     triples: Vec<Triple>,
@@ -14,7 +15,7 @@ pub(super) struct Unifier {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) struct Triple {
+pub(crate) struct Triple {
     pub position: u32,
     pub uv: u32,
     pub shading: u64,

@@ -1,12 +1,11 @@
 //! OpenEXR: every channel of a picture with its name, linear, and text attributes about how it was made.
 
-use super::{EncodeError, Limits, Metadata, ReadError, Window, check_shape};
-use etendue::image::{Channel, ChannelData, Image};
+use super::{EncodeError, Metadata, Window, check_shape};
+use etendue::image::{ChannelData, Image};
 use exr::{
     block::lines::LineRefMut,
     image::{
-        AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image as ExrImage, Layer,
-        read::{image::ReadLayers, layers::ReadChannels, read as read_exr},
+        AnyChannel, AnyChannels, Blocks, Encoding, Image as ExrImage, Layer,
         write::{
             WritableImage,
             samples::{SamplesWriter, WritableSamples},
@@ -14,18 +13,13 @@ use exr::{
     },
     math::{RoundingMode, Vec2},
     meta::{
-        MetaData,
         attribute::{
             AttributeValue, Chromaticities, Compression, IntegerBounds, LevelMode, LineOrder, SampleType, Text,
         },
         header::{Header, ImageAttributes, LayerAttributes},
     },
 };
-use std::{
-    io::{BufWriter, Cursor, Seek, Write},
-    panic::{AssertUnwindSafe, catch_unwind},
-    path::Path,
-};
+use std::io::{BufWriter, Seek, Write};
 
 impl From<exr::error::Error> for EncodeError {
     fn from(error: exr::error::Error) -> Self {
@@ -79,10 +73,6 @@ fn text(text: &str) -> Text {
     Text::from_bytes_unchecked(text.bytes().collect())
 }
 
-fn string(text: &Text) -> String {
-    String::from_utf8_lossy(text.bytes()).into_owned()
-}
-
 /// A channel's samples, borrowed.
 #[derive(Clone, Copy)]
 struct Samples<'a> {
@@ -119,82 +109,4 @@ impl SamplesWriter for Samples<'_> {
         };
         written.expect("a line in memory has room for its samples");
     }
-}
-
-/// Reads the first part of flat pixels of an EXR file from memory, at its largest level, half floats widened. Channels
-/// come as `R G B A`, then the rest by name.
-pub fn read(path: &Path, file: &[u8], limits: &Limits) -> Result<(Image, Metadata), ReadError> {
-    // The decoder asserts some of what damaged files break.
-    catch_unwind(AssertUnwindSafe(|| read_unguarded(path, file, limits)))
-        .unwrap_or_else(|_| Err(ReadError::damaged(path, "OpenEXR", "its blocks contradict its header")))
-}
-
-fn read_unguarded(path: &Path, file: &[u8], limits: &Limits) -> Result<(Image, Metadata), ReadError> {
-    let damaged = |e: exr::error::Error| ReadError::damaged(path, "OpenEXR", e.to_string());
-    check_headers(path, file, limits)?;
-    let image = read_exr()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(file))
-        .map_err(damaged)?;
-    let Layer { channel_data, attributes, size, .. } = image.layer_data;
-    if let Some(channel) = channel_data.list.iter().find(|c| c.sampling != Vec2(1, 1)) {
-        let what = format!("channel {} is subsampled, which is not read", string(&channel.name));
-        return Err(ReadError::damaged(path, "OpenEXR", what));
-    }
-    let mut channels: Vec<Channel> =
-        channel_data.list.into_iter().map(|c| Channel { name: string(&c.name), data: widen(c.sample_data) }).collect();
-    channels.sort_by_key(|c| ["R", "G", "B", "A"].iter().position(|&n| n == c.name).unwrap_or(4));
-    let dimension = |v: usize| u32::try_from(v).map_err(|_| ReadError::too_large(path, format!("{v} pixels")));
-    let read = Image { width: dimension(size.0)?, height: dimension(size.1)?, channels };
-    Ok((read, metadata_of(&attributes, &image.attributes, size)))
-}
-
-/// Compares what the headers declare with the limits and with the length of the file, before pixels are allocated.
-fn check_headers(path: &Path, file: &[u8], limits: &Limits) -> Result<(), ReadError> {
-    let meta = MetaData::read_from_buffered(Cursor::new(file), false)
-        .map_err(|e| ReadError::damaged(path, "OpenEXR", e.to_string()))?;
-    let mut chunks = 0_u64;
-    for header in &meta.headers {
-        let Vec2(width, height) = header.layer_size;
-        limits.check_pixels(path, width as u64, height as u64, header.channels.list.len() as u64)?;
-        chunks = chunks.saturating_add(header.chunk_count as u64);
-    }
-    // Each chunk has an offset in a table and at least a coordinate and a length: 16 bytes.
-    if chunks.saturating_mul(16) > file.len() as u64 {
-        return Err(ReadError::damaged(path, "OpenEXR", format!("{chunks} blocks cannot be in so small a file")));
-    }
-    Ok(())
-}
-
-fn widen(samples: FlatSamples) -> ChannelData {
-    match samples {
-        FlatSamples::F16(data) => ChannelData::F32(data.into_iter().map(f32::from).collect()),
-        FlatSamples::F32(data) => ChannelData::F32(data),
-        FlatSamples::U32(data) => ChannelData::U32(data),
-    }
-}
-
-fn metadata_of(own: &LayerAttributes, shared: &ImageAttributes, size: Vec2<usize>) -> Metadata {
-    let mut entries: Vec<(String, String)> = own
-        .other
-        .iter()
-        .filter_map(|(name, value)| match value {
-            AttributeValue::Text(value) => Some((string(name), string(value))),
-            _ => None,
-        })
-        .collect();
-    entries.sort();
-    let Vec2(x, y) = own.layer_position;
-    let whole = shared.display_window.size;
-    let window = match (u32::try_from(x), u32::try_from(y), u32::try_from(whole.0), u32::try_from(whole.1)) {
-        (Ok(x), Ok(y), Ok(w), Ok(h)) if (x, y) != (0, 0) || whole != size => {
-            Some(Window { origin: [x, y], whole: [w, h] })
-        }
-        _ => None,
-    };
-    Metadata { software: own.software_name.as_ref().map(string).unwrap_or_default(), entries, window }
 }

@@ -50,7 +50,8 @@ fn color(t: f64) -> [u8; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::srgb::to_linear, *};
+    use super::*;
+    use crate::image_file::srgb::to_linear;
 
     fn lightness(t: f64) -> f64 {
         let [r, g, b] = color(t).map(|v| to_linear(f64::from(v) / 255.0));

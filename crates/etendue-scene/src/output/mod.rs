@@ -1,4 +1,4 @@
-//! Pictures in and out: PNG, OpenEXR and PFM files, written whole or not at all, and what is computed on them.
+//! Pictures out: PNG, OpenEXR and PFM files, written whole or not at all, and what is computed on them.
 
 pub mod atomic;
 pub mod exr;
@@ -7,11 +7,8 @@ pub mod heat;
 pub mod metric;
 pub mod pfm;
 pub mod png;
-mod read;
-mod srgb;
 
 pub use atomic::WriteError;
-pub use read::{Limits, ReadError, read_image};
 
 use etendue::image::Image;
 use std::{fmt, path::Path};

@@ -6,6 +6,8 @@ use super::{
 };
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
+    indexed::{Indexed, Repair},
+    positions::usable,
     text::{Tally, counted, shown, tally::Finding},
 };
 use glam::DVec3;
@@ -20,13 +22,8 @@ pub(super) enum Skipped {
     HalfNormal,
     RestOfLine,
     TrailingBytes,
-    Unreferenced,
-    BadNormal,
     BadUv,
-    FewCorners,
-    RepeatedCorner,
-    SelfIntersecting,
-    TooComplex,
+    Repaired(Repair),
 }
 
 impl Finding for Skipped {
@@ -39,24 +36,8 @@ impl Finding for Skipped {
             Self::HalfNormal => Diagnostic::warning(format!("property `{key}` ignored: a normal needs nx, ny and nz")),
             Self::RestOfLine => Diagnostic::warning(format!("more numbers than the header says on {}", of("line"))),
             Self::TrailingBytes => Diagnostic::warning(format!("{} after the data ignored", of("byte"))),
-            Self::Unreferenced => {
-                Diagnostic::note(format!("vertices that no face uses are left out ({count} of them)"))
-            }
-            Self::BadNormal => Diagnostic::note(format!(
-                "{} without length, or not finite, replaced by those of the faces",
-                of("normal")
-            )),
             Self::BadUv => Diagnostic::warning(format!("{} not finite count as (0, 0)", of("texture coordinate"))),
-            Self::FewCorners => {
-                Diagnostic::warning(format!("{} with fewer than three different corners skipped", of("face")))
-            }
-            Self::RepeatedCorner => Diagnostic::note(format!("{} merged with the same corner beside it", of("corner"))),
-            Self::SelfIntersecting => {
-                Diagnostic::warning(format!("{} crossing itself or without area cut as well as may be", of("polygon")))
-            }
-            Self::TooComplex => {
-                Diagnostic::warning(format!("{} with too many corners cut as if convex", of("polygon")))
-            }
+            Self::Repaired(repair) => repair.describe(count),
         }
     }
 }
@@ -64,20 +45,7 @@ impl Finding for Skipped {
 /// What the data hold.
 #[derive(Default)]
 pub(super) struct Content {
-    pub vertices: Vertices,
-    /// Corners of all faces, in order.
-    pub corners: Vec<u32>,
-    /// Number of corners of each face; `None`: all have three.
-    pub sizes: Option<Vec<u32>>,
-    pub has_faces: bool,
-}
-
-/// Vertices by column.
-#[derive(Default)]
-pub(super) struct Vertices {
-    pub positions: Vec<DVec3>,
-    pub normals: Option<Vec<[f32; 3]>>,
-    pub uvs: Option<Vec<[f32; 2]>>,
+    pub mesh: Indexed,
     /// Vertices whose position is not usable, and their places; the first ones.
     pub bad: Vec<(u32, Span)>,
 }
@@ -107,7 +75,7 @@ impl<V: Values> Reader<'_, V> {
         for element in &self.header.elements {
             self.check_count(element)?;
             match element.name.as_str() {
-                "vertex" => content.vertices = self.vertices(element)?,
+                "vertex" => self.vertices(element, &mut content)?,
                 "face" => self.faces(element, &["vertex_indices", "vertex_index"], vertices, &mut content)?,
                 "tristrips" => self.faces(element, &["vertex_indices", "vertex_index"], vertices, &mut content)?,
                 _ => self.skip_element(element)?,
@@ -270,23 +238,23 @@ impl<V: Values> Reader<'_, V> {
         Ok(columns)
     }
 
-    fn vertices(&mut self, element: &Element) -> Result<Vertices, Stop> {
+    fn vertices(&mut self, element: &Element, content: &mut Content) -> Result<(), Stop> {
         let columns = self.columns(element)?;
         // With no properties at all there is nothing to read, whatever the count.
         let count = if element.properties.is_empty() { 0 } else { element.count as usize };
-        let mut vertices = Vertices { positions: Vec::with_capacity(count), ..Vertices::default() };
-        vertices.normals = columns.contains(&Some(3)).then(|| Vec::with_capacity(count));
-        vertices.uvs = columns.contains(&Some(6)).then(|| Vec::with_capacity(count));
+        content.mesh.positions = Vec::with_capacity(count);
+        content.mesh.normals = columns.contains(&Some(3)).then(|| Vec::with_capacity(count));
+        content.mesh.uvs = columns.contains(&Some(6)).then(|| Vec::with_capacity(count));
         for index in 0..count as u64 {
             self.values.begin();
             let place = self.values.place();
             match self.row(element, &columns, index) {
-                Ok(row) => self.push_vertex(&mut vertices, row, place, element),
+                Ok(row) => self.push_vertex(content, row, place, element),
                 Err(Stop) => self.go_on()?,
             }
             self.end_of_element();
         }
-        Ok(vertices)
+        Ok(())
     }
 
     #[inline(always)]
@@ -310,21 +278,21 @@ impl<V: Values> Reader<'_, V> {
     #[inline(always)]
     fn push_vertex(
         &mut self,
-        vertices: &mut Vertices,
+        content: &mut Content,
         [x, y, z, nx, ny, nz, u, v]: [f64; COLUMNS],
         place: Option<Range<usize>>,
         element: &Element,
     ) {
         let position = DVec3::new(x, y, z);
-        if !super::usable(position) && vertices.bad.len() < Diagnostics::KEPT {
+        if !usable(position) && content.bad.len() < Diagnostics::KEPT {
             let place = Span::new(self.file, place.unwrap_or(element.place.clone()));
-            vertices.bad.push((vertices.positions.len() as u32, place));
+            content.bad.push((content.mesh.positions.len() as u32, place));
         }
-        vertices.positions.push(position);
-        if let Some(normals) = &mut vertices.normals {
+        content.mesh.positions.push(position);
+        if let Some(normals) = &mut content.mesh.normals {
             normals.push(DVec3::new(nx, ny, nz).normalize_or_zero().as_vec3().to_array());
         }
-        if let Some(uvs) = &mut vertices.uvs {
+        if let Some(uvs) = &mut content.mesh.uvs {
             let mut uv = [u as f32, v as f32];
             if !(uv[0].is_finite() && uv[1].is_finite()) {
                 self.skipped.add(Skipped::BadUv, b"", self.file, element.place.clone());
@@ -350,9 +318,8 @@ impl<V: Values> Reader<'_, V> {
                 self.skipped.add(Skipped::Property, property.name.as_bytes(), self.file, property.place.clone());
             }
         }
-        content.has_faces = true;
         if !strips {
-            content.corners.reserve(element.count as usize * 3);
+            content.mesh.corners.reserve(element.count as usize * 3);
         }
         let mut strip = strips.then(Vec::new);
         for index in 0..element.count {
@@ -422,18 +389,9 @@ impl<V: Values> Reader<'_, V> {
     ) -> Result<(), Stop> {
         for _ in 0..count {
             let index = self.index(item, element, face, vertices, false)?;
-            content.corners.push(index);
+            content.mesh.corners.push(index);
         }
-        match &mut content.sizes {
-            Some(sizes) => sizes.push(count as u32),
-            None if count == 3 => {}
-            None => {
-                let before = (content.corners.len() - count as usize) / 3;
-                let mut sizes = vec![3; before];
-                sizes.push(count as u32);
-                content.sizes = Some(sizes);
-            }
-        }
+        content.mesh.end_polygon(count as u32);
         Ok(())
     }
 
@@ -464,12 +422,12 @@ fn add_strip(strips: &[u32], content: &mut Content) {
         for (i, corners) in strip.windows(3).enumerate() {
             let [a, b, c] = [corners[0], corners[1], corners[2]];
             if a != b && b != c && c != a {
-                content.corners.extend(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                content.mesh.corners.extend(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
                 triangles += 1;
             }
         }
     }
-    if let Some(sizes) = &mut content.sizes {
+    if let Some(sizes) = &mut content.mesh.sizes {
         sizes.extend(std::iter::repeat_n(3, triangles));
     }
 }

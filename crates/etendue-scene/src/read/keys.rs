@@ -73,12 +73,14 @@ pub static CAMERA: Section = Section {
 /// The picture.
 pub static FILM: Section = Section {
     name: "[film]",
-    keys: &[all("size"), all("filter"), all("crop"), all("exposure"), all("tonemap"), all("aovs")],
+    keys: &[all("size"), all("filter"), all("crop"), all("exposure"), all("tonemap"), all("aovs"), all("transparent")],
 };
 
 /// Reconstruction.
-pub static FILTER: Section =
-    Section { name: "film.filter", keys: &[all("type"), all("radius"), of("sigma", &["gaussian"])] };
+pub static FILTER: Section = Section {
+    name: "film.filter",
+    keys: &[all("type"), all("radius"), of("sigma", &["gaussian"]), of("b", &["mitchell"]), of("c", &["mitchell"])],
+};
 
 /// Random numbers.
 pub static SAMPLER: Section = Section { name: "[sampler]", keys: &[all("type"), all("spp"), all("seed")] };
@@ -93,7 +95,20 @@ pub static INTEGRATOR: Section = Section {
 pub static ACCELERATOR: Section = Section { name: "[accelerator]", keys: &[all("type"), of("split", &["kdtree"])] };
 
 /// Light from infinity.
-pub static ENVIRONMENT: Section = Section { name: "[environment]", keys: &[all("radiance")] };
+pub static ENVIRONMENT: Section = Section {
+    name: "[environment]",
+    keys: &[
+        all("type"),
+        of("radiance", &["constant"]),
+        of("image", &["image"]),
+        of("strength", &["image"]),
+        of("rotation", &["image"]),
+        of("top", &["gradient"]),
+        of("horizon", &["gradient"]),
+        of("bottom", &["gradient"]),
+        of("up", &["image", "gradient"]),
+    ],
+};
 
 /// A material.
 pub static MATERIAL: Section = Section {
@@ -164,7 +179,7 @@ pub static EMISSION: Section = Section { name: "emission", keys: &[all("radiance
 /// Geometry to be shared.
 pub static MESH: Section = Section {
     name: "[meshes.NAME]",
-    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs")],
+    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs"), all("crease_angle")],
 };
 
 /// A thing in the scene.
@@ -177,6 +192,7 @@ pub static OBJECT: Section = Section {
         all("transform"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),
+        of("crease_angle", &["mesh"]),
         of("center", &["sphere"]),
         of("radius", &["sphere", "disk"]),
         of("size", &["rectangle", "box"]),
@@ -202,7 +218,19 @@ pub static ROTATE: Section = Section { name: "rotate", keys: &[all("axis"), all(
 pub static LOOK_AT: Section = Section { name: "look_at", keys: &[all("position"), all("target"), all("up")] };
 
 /// A light without extent.
-pub static LIGHT: Section = Section { name: "[[lights]]", keys: &[all("type"), all("position"), all("intensity")] };
+pub static LIGHT: Section = Section {
+    name: "[[lights]]",
+    keys: &[
+        all("type"),
+        of("position", &["point", "spot"]),
+        of("intensity", &["point", "spot"]),
+        of("target", &["spot"]),
+        of("direction", &["spot", "directional"]),
+        of("angle", &["spot"]),
+        of("blend", &["spot"]),
+        of("irradiance", &["directional"]),
+    ],
+};
 
 /// Every section, in the order of the manual.
 pub static SECTIONS: [&Section; 19] = [

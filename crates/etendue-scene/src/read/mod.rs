@@ -2,6 +2,7 @@
 
 mod fields;
 pub mod keys;
+mod light;
 mod material;
 mod object;
 mod references;
@@ -16,16 +17,14 @@ pub use values::{rotation, sin_cos_degrees};
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Span,
-    description::{Located, MaterialRecord, MeshRecord, SceneDescription},
+    description::{MaterialRecord, MeshRecord, SceneDescription},
     value::{Data, Entry},
 };
-use etendue::scene::PointLight;
 use fields::{Context, Fields, Item};
 use std::{
     cell::{OnceCell, RefCell},
     path::Path,
 };
-use values::Bounds;
 
 /// Materials, meshes, objects and lights that a scene file may have, of each.
 pub const MAX_RECORDS: usize = 1 << 20;
@@ -63,11 +62,11 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneD
         sampler: settings::sampler(&fields),
         integrator: settings::integrator(&fields),
         accelerator: settings::accelerator(&fields),
-        environment: settings::environment(&fields),
+        environment: light::environment(&fields),
         materials: fields.read("materials", materials).unwrap_or_default(),
         meshes: fields.read("meshes", meshes).unwrap_or_default(),
         objects: fields.read("objects", |item| records(item, "objects", object::object)).unwrap_or_default(),
-        lights: fields.read("lights", |item| records(item, "lights", light)).unwrap_or_default(),
+        lights: fields.read("lights", |item| records(item, "lights", light::light)).unwrap_or_default(),
     };
     fields.finish();
     description
@@ -93,10 +92,9 @@ fn materials(item: Item) -> Option<Vec<MaterialRecord>> {
 }
 
 fn meshes(item: Item) -> Option<Vec<MeshRecord>> {
-    let record = |(entry, item): (&Entry, Item)| MeshRecord {
-        name: entry.key.clone(),
-        source: object::mesh_source(item),
-        origin: entry.origin.clone(),
+    let record = |(entry, item): (&Entry, Item)| {
+        let (source, crease_angle) = object::mesh_source(item);
+        MeshRecord { name: entry.key.clone(), source, crease_angle, origin: entry.origin.clone() }
     };
     Some(named(item, "meshes")?.map(record).collect())
 }
@@ -108,16 +106,6 @@ fn records<'a, T>(item: Item<'a>, kind: &str, read: impl Fn(Item<'a>) -> Option<
         return item.error(format!("more than {MAX_RECORDS} {kind}"), "too many");
     }
     Some(items.filter_map(read).collect())
-}
-
-fn light(item: Item) -> Option<Located<PointLight>> {
-    let mut fields = item.table(&keys::LIGHT, "[[lights]]")?;
-    fields.variant("type", &[("point", ())], Some("point"));
-    let position = fields.need("position", |i| i.point());
-    let intensity = fields.need("intensity", |i| i.colour(Bounds::LIGHT));
-    let origin = fields.origin.clone();
-    fields.finish();
-    Some(Located { value: PointLight { position: position?, intensity: intensity? }, origin })
 }
 
 /// Reads a scene file, and checks that the files it names are there. The folder of relative names is the scene file's.
@@ -145,11 +133,19 @@ pub enum ReadError {
     #[error(transparent)]
     Source(#[from] crate::SourceError),
     /// A format that is not read.
-    #[error("cannot read {} as a scene: scenes are read from .toml files", path.display())]
+    #[error("{}", unsupported(path))]
     Unsupported {
         /// The file.
         path: std::path::PathBuf,
     },
+}
+
+fn unsupported(path: &Path) -> String {
+    let path_shown = path.display();
+    match crate::not_read_yet(path) {
+        Some(kind) => format!("{path_shown}: {kind} files are not read yet; scenes are read from .toml files"),
+        None => format!("cannot read {path_shown} as a scene: scenes are read from .toml files"),
+    }
 }
 
 /// An error with its place, for [`references`].

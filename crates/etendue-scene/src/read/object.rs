@@ -45,10 +45,17 @@ fn empty_mesh() -> Mesh {
     }
 }
 
-/// The geometry of `[meshes.NAME]`.
-pub fn mesh_source(item: Item) -> MeshSource {
+/// Degrees.
+fn crease_angle(fields: &Fields) -> Option<f64> {
+    fields.read("crease_angle", |i: Item| i.number(Bounds::within(0.0, 180.0).above()))
+}
+
+/// The geometry of `[meshes.NAME]`, and its crease angle.
+pub fn mesh_source(item: Item) -> (MeshSource, Option<f64>) {
     let empty = || MeshSource::Inline(empty_mesh());
-    let Some(fields) = item.table(&keys::MESH, "[meshes.NAME]") else { return empty() };
+    let Some(fields) = item.table(&keys::MESH, "[meshes.NAME]") else { return (empty(), None) };
+    let crease_angle = crease_angle(&fields);
+    fields.exclusive("normals", "crease_angle");
     for key in ["positions", "indices", "normals", "uvs"] {
         fields.exclusive("file", key);
     }
@@ -66,7 +73,7 @@ pub fn mesh_source(item: Item) -> MeshSource {
         inline_mesh(&fields).map(MeshSource::Inline)
     };
     fields.finish();
-    source.unwrap_or_else(empty)
+    (source.unwrap_or_else(empty), crease_angle)
 }
 
 fn inline_mesh(fields: &Fields) -> Option<Mesh> {
@@ -200,7 +207,11 @@ fn shape(fields: &Fields, kind: Kind) -> Option<ShapeRecord> {
             if fields.get("mesh").is_none() && fields.get("file").is_none() {
                 fields.lacks("`mesh` or `file`");
             }
-            mesh.map(ShapeRecord::Mesh).or(file.map(ShapeRecord::File))
+            let crease_angle = crease_angle(fields);
+            if fields.get("file").is_none() {
+                fields.exclusive("mesh", "crease_angle");
+            }
+            mesh.map(ShapeRecord::Mesh).or(file.map(|path| ShapeRecord::File { path, crease_angle }))
         }
         Kind::Sphere => Some(ShapeRecord::Sphere {
             center: fields.read("center", |i| i.point()).unwrap_or(DVec3::ZERO),

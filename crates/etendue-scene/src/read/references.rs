@@ -49,7 +49,7 @@ pub fn check_files(description: &SceneDescription) -> Diagnostics {
         MeshSource::Inline(_) => None,
     });
     let of_objects = description.objects.iter().filter_map(|o| match &o.shape {
-        ShapeRecord::File(path) => Some(path),
+        ShapeRecord::File { path, .. } => Some(path),
         _ => None,
     });
     let mut seen = BTreeMap::new();

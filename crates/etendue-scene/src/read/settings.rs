@@ -1,4 +1,4 @@
-//! Camera, film, sampler, integrator, accelerator, environment.
+//! Camera, film, sampler, integrator, accelerator.
 
 use super::{
     fields::{Fields, Item},
@@ -16,7 +16,6 @@ use etendue::{
     math::DVec3,
     render::MAX_SPP,
     sampling::{Filter, Sampler},
-    spectrum::Spectrum,
     tonemap::ToneCurve,
 };
 use etendue_accel::{AcceleratorKind, KdTreeSplit};
@@ -39,7 +38,7 @@ pub fn any_camera(origin: &Origin) -> CameraRecord {
 }
 
 /// The fields of a section that may be absent as a whole.
-fn section<'a>(file: &Fields<'a>, key: &str, section: &'static keys::Section) -> Option<Fields<'a>> {
+pub(super) fn section<'a>(file: &Fields<'a>, key: &str, section: &'static keys::Section) -> Option<Fields<'a>> {
     file.read(key, |item| item.table(section, &format!("[{key}]")))
 }
 
@@ -112,6 +111,7 @@ pub fn film(file: &Fields) -> FilmRecord {
         exposure: 0.0,
         tonemap: ToneCurve::default(),
         aovs: Vec::new(),
+        transparent: false,
     };
     let Some(fields) = section(file, "film", &keys::FILM) else { return film };
     let side = |i: Item| i.integer_u32(1, MAX_SIDE);
@@ -123,6 +123,7 @@ pub fn film(file: &Fields) -> FilmRecord {
     let curves = ToneCurve::ALL.map(|t| (t.name(), t));
     film.tonemap = fields.read("tonemap", |i| i.choice(&curves)).unwrap_or(film.tonemap);
     film.aovs = fields.read("aovs", aovs).unwrap_or_default();
+    film.transparent = fields.read("transparent", |i| i.boolean()).unwrap_or(film.transparent);
     fields.finish();
     film
 }
@@ -137,23 +138,33 @@ fn crop(item: Item, [width, height]: [u32; 2]) -> Option<Located<[u32; 4]>> {
 }
 
 fn filter(item: Item) -> Option<Filter> {
-    const KINDS: [(&str, bool); 2] = [("gaussian", true), ("box", false)];
-    const GAUSSIAN: (f32, f32) = (0.5, 1.5);
-    const BOX: f32 = 0.5;
+    let kinds = Filter::ALL.map(|f| (f.name(), f));
     if let Data::String(_) = item.value.data {
-        let gaussian = Filter::Gaussian { sigma: GAUSSIAN.0, radius: GAUSSIAN.1 };
-        return item.choice(&[("gaussian", gaussian), ("box", Filter::Box { radius: BOX })]);
+        return item.choice(&kinds);
     }
-    let mut fields = item.table(&keys::FILTER, "`gaussian`, `box` or { type = \"gaussian\", sigma = 0.5 }")?;
-    let kind = fields.variant("type", &KINDS, None);
-    let size = Bounds::within(0.01, 16.0);
-    let radius = fields.read("radius", |i| i.number_f32(size));
-    let sigma = if kind == Some(true) { fields.read("sigma", |i| i.number_f32(size)) } else { None };
+    let mut fields = item.table(&keys::FILTER, "a name such as `gaussian`, or { type = \"gaussian\", sigma = 0.5 }")?;
+    let mut filter = fields.variant("type", &kinds, None);
+    let length = |key: &str, value: &mut f32| {
+        *value = fields.read(key, |i| i.number_f32(Bounds::within(0.01, 16.0))).unwrap_or(*value);
+    };
+    let share = |key: &str, value: &mut f32| {
+        *value = fields.read(key, |i| i.number_f32(Bounds::UNIT)).unwrap_or(*value);
+    };
+    match &mut filter {
+        Some(Filter::Box { radius } | Filter::Tent { radius } | Filter::Lanczos { radius }) => length("radius", radius),
+        Some(Filter::Gaussian { sigma, radius }) => {
+            length("sigma", sigma);
+            length("radius", radius);
+        }
+        Some(Filter::Mitchell { b, c, radius }) => {
+            share("b", b);
+            share("c", c);
+            length("radius", radius);
+        }
+        None => {}
+    }
     fields.finish();
-    Some(match kind? {
-        true => Filter::Gaussian { sigma: sigma.unwrap_or(GAUSSIAN.0), radius: radius.unwrap_or(GAUSSIAN.1) },
-        false => Filter::Box { radius: radius.unwrap_or(BOX) },
-    })
+    filter
 }
 
 fn aovs(item: Item) -> Option<Vec<Aov>> {
@@ -216,12 +227,4 @@ pub fn accelerator(file: &Fields) -> AcceleratorKind {
     }
     fields.finish();
     kind
-}
-
-/// `[environment]`.
-pub fn environment(file: &Fields) -> Option<Spectrum> {
-    let fields = section(file, "environment", &keys::ENVIRONMENT)?;
-    let radiance = fields.need("radiance", |i| i.colour(Bounds::LIGHT));
-    fields.finish();
-    radiance
 }

@@ -4,7 +4,7 @@
 use etendue_scene::{
     Diagnostics, SourceError, SourceMap,
     mesh_file::{Library, MeshFile},
-    obj, ply,
+    obj, off, ply, stl,
 };
 use std::sync::Arc;
 
@@ -23,6 +23,18 @@ pub fn read_obj(bytes: &[u8], library: &[u8]) -> Result<MeshFile, Diagnostics> {
 pub fn read_ply(bytes: &[u8]) -> Result<MeshFile, Diagnostics> {
     let file = SourceMap::new().insert("m.ply", vec![]).unwrap();
     ply::read(bytes, file)
+}
+
+/// Reads STL bytes.
+pub fn read_stl(bytes: &[u8]) -> Result<MeshFile, Diagnostics> {
+    let file = SourceMap::new().insert("m.stl", vec![]).unwrap();
+    stl::read(bytes, file)
+}
+
+/// Reads OFF bytes.
+pub fn read_off(bytes: &[u8]) -> Result<MeshFile, Diagnostics> {
+    let file = SourceMap::new().insert("m.off", vec![]).unwrap();
+    off::read(bytes, file)
 }
 
 /// What every mesh promises, and that every refusal has a reason.
@@ -51,6 +63,10 @@ pub fn check(result: &Result<MeshFile, Diagnostics>) {
         assert_eq!(materials.len(), mesh.indices.len());
         assert!(materials.iter().all(|&m| (m as usize) < file.materials.len()));
         assert!(file.materials.len() > 1);
+    }
+    for sphere in &file.spheres {
+        assert!(sphere.center.is_finite() && sphere.radius > 0.0 && sphere.radius.is_finite());
+        assert!((sphere.material as usize) < file.materials.len().max(1));
     }
     for group in &file.groups {
         assert!(group.faces.start < group.faces.end && group.faces.end <= mesh.indices.len());

@@ -15,9 +15,9 @@ pub enum Integrator {
     /// Path tracing; light and BSDF sampling joined by multiple importance sampling (Veach 1997).
     Path,
     /// Path tracing with light sampling alone wherever the BSDF is not a Dirac: emission that a BSDF ray hits there counts
-    /// zero. The paper's direct lighting in its unbiased form.
+    /// zero, unless no light sample could have found it. The paper's direct lighting in its unbiased form.
     LightSplit,
-    /// Path tracing with BSDF sampling alone. Does not see point lights.
+    /// Path tracing with BSDF sampling alone. Does not see point, spot and directional lights.
     Brute,
     /// Shading normal, [-1, 1] mapped to [0, 1].
     Normal,

@@ -28,6 +28,8 @@ pub(super) struct SampleId {
     pub pixel: [u32; 2],
     /// Sample index in the pixel.
     pub index: u32,
+    /// Weight of the sample in the pixel; negative in the negative lobes of a filter.
+    pub weight: f32,
 }
 
 /// How far a path has come.
@@ -72,6 +74,7 @@ structure_of_arrays! {
         previous: Previous,
         progress: Progress,
         first: FirstHit,
+        direct: Spectrum,
     }
 }
 
@@ -89,5 +92,16 @@ impl Paths {
         self.previous.push(Previous::camera(Vec3::from(ray.origin)));
         self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true });
         self.first.push(FirstHit::default());
+        self.direct.push(Spectrum::BLACK);
+    }
+
+    /// True if path `path`, which has found its last hit or miss, met any surface that it did not pass straight through.
+    pub fn met_surface(&self, path: usize) -> bool {
+        self.progress[path].depth > 1 || self.hits[path].is_hit()
+    }
+
+    /// Light on at most two edges of a path that has ended.
+    pub fn direct(&self, path: usize) -> Spectrum {
+        if self.progress[path].depth == 1 { self.radiance[path] } else { self.direct[path] }
     }
 }

@@ -21,7 +21,7 @@ use etendue_accel::{Hit, Ray};
 pub(super) enum Strategy {
     /// Both, weighted by the power heuristic with exponent 2 (Veach 1997).
     Both,
-    /// Light samples alone.
+    /// Light samples alone, wherever they can find the emission.
     Light,
     /// BSDF samples alone.
     Bsdf,
@@ -49,7 +49,8 @@ fn power_heuristic(own: f32, other: f32) -> f32 {
 fn found_weight(strategy: Strategy, density: Density, light_density: impl FnOnce() -> f32) -> f32 {
     match (strategy, density) {
         (Strategy::Bsdf, _) | (_, Density::Discrete(_)) => 1.0,
-        (Strategy::Light, Density::SolidAngle(_)) => 0.0,
+        // What light sampling never draws, such as the far side of a sphere that is partly not there, is left to the BSDF.
+        (Strategy::Light, Density::SolidAngle(_)) => f32::from(light_density() <= 0.0),
         (Strategy::Both, Density::SolidAngle(own)) => power_heuristic(own, light_density()),
     }
 }
@@ -72,7 +73,7 @@ pub(super) fn shade(context: &Context, strategy: Strategy, paths: &mut Paths, pa
     let mut textured = Bsdf::Black;
     let vertex = Vertex::new(context, point, &hit, wo, &mut textured);
     if context.wants_layers && paths.progress[path].depth == 1 {
-        paths.first[path] = first_hit(context, &vertex);
+        paths.first[path] = first_hit(context, &vertex, &hit);
     }
     if vertex.point.light != NO_LIGHT {
         add_emission(context, strategy, paths, path, &vertex, &hit);
@@ -133,18 +134,29 @@ impl<'a> Vertex<'a> {
     }
 }
 
-fn first_hit(context: &Context, vertex: &Vertex) -> FirstHit {
+/// What layers keep of a surface that is seen from `wo`, for integrators that do not scatter there.
+pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3) -> FirstHit {
+    let mut textured = Bsdf::Black;
+    first_hit(context, &Vertex::new(context, point, hit, wo, &mut textured), hit)
+}
+
+fn first_hit(context: &Context, vertex: &Vertex, hit: &Hit) -> FirstHit {
     FirstHit {
         albedo: vertex.bsdf.albedo(),
         normal: vertex.point.shading_normal,
         depth: context.camera.depth(vertex.point.position),
+        position: (context.scene.center() + vertex.point.position.as_dvec3()).as_vec3(),
+        uv: context.scene.texture_coordinates(&vertex.point, hit),
         object: vertex.point.id.instance + 1,
         material: vertex.point.material + 1,
     }
 }
 
 fn add_environment(context: &Context, strategy: Strategy, paths: &mut Paths, path: usize, direction: Vec3) {
-    let Some(radiance) = context.scene.environment() else { return };
+    let radiance = context.scene.environment_radiance(direction);
+    if radiance.is_black() {
+        return;
+    }
     let Previous { context: from, density } = &paths.previous[path];
     let weight = found_weight(strategy, *density, || context.scene.lights().pdf_environment(from, direction));
     paths.radiance[path] += paths.throughput[path] * radiance * weight;

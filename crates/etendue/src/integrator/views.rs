@@ -1,6 +1,6 @@
 //! Views of the geometry: what the first surface is, without light.
 
-use super::{Integrator, paths::Paths, shadow::ShadowQueue, wave::Context};
+use super::{Integrator, paths::Paths, shade::first_hit_at, shadow::ShadowQueue, wave::Context};
 use crate::{
     math::{Frame, Vec3},
     sampling::{Slot, warp},
@@ -17,6 +17,9 @@ pub(super) fn shade(context: &Context, view: Integrator, paths: &mut Paths, path
     }
     let ray = paths.rays[path];
     let point = context.scene.surface_point(&ray, &hit);
+    if context.wants_layers {
+        paths.first[path] = first_hit_at(context, point, &hit, -Vec3::from(ray.direction));
+    }
     let normal = point.shading_normal;
     paths.radiance[path] = match view {
         Integrator::Normal => Spectrum((normal * 0.5 + Vec3::splat(0.5)).to_array()),

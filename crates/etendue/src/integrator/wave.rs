@@ -25,6 +25,9 @@ pub(crate) struct Context<'a> {
     pub integrator: Integrator,
     pub max_depth: u32,
     pub wants_layers: bool,
+    pub wants_direct: bool,
+    /// Camera rays that meet nothing bring nothing home.
+    pub transparent: bool,
 }
 
 /// Work done by a worker.
@@ -72,7 +75,7 @@ impl Wave {
         let before = self.paths.len();
         for (pixel, index) in samples.take(self.capacity - before) {
             let key = context.sampler.key(context.seed, pixel, index);
-            let offset = context.filter.sample(context.sampler.two_d(key, 0, Slot::Pixel));
+            let (offset, weight) = context.filter.sample(context.sampler.two_d(key, 0, Slot::Pixel));
             let lens = if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
             let [x, y] = pixel.map(|c| c as f32 + 0.5);
             let camera_ray = context.camera.ray(x + offset.x, y + offset.y, lens);
@@ -85,7 +88,7 @@ impl Wave {
                 mask: u32::MAX,
                 skip: PrimitiveId::NONE,
             };
-            self.paths.push(ray, SampleId { key, pixel, index });
+            self.paths.push(ray, SampleId { key, pixel, index, weight });
         }
         (self.paths.len() - before) as u64
     }
@@ -103,7 +106,16 @@ impl Wave {
             }
         };
         for path in 0..self.paths.len() {
+            if context.transparent && !self.paths.met_surface(path) {
+                self.paths.progress[path].alive = false;
+                continue;
+            }
+            let depth = self.paths.progress[path].depth;
             shade::shade(context, strategy, &mut self.paths, path, &mut self.shadows);
+            if context.wants_direct && depth == 2 {
+                // What the second edge found is in; light samples of its end are on their way, and longer.
+                self.paths.direct[path] = self.paths.radiance[path];
+            }
         }
     }
 
@@ -115,8 +127,14 @@ impl Wave {
                 path += 1;
                 continue;
             }
-            let SampleId { pixel, index, .. } = self.paths.samples[path];
-            let sample = PathSample { radiance: self.paths.radiance[path], first: self.paths.first[path] };
+            let SampleId { pixel, index, weight, .. } = self.paths.samples[path];
+            let sample = PathSample {
+                radiance: self.paths.radiance[path],
+                direct: self.paths.direct(path),
+                weight,
+                met_surface: self.paths.met_surface(path),
+                first: self.paths.first[path],
+            };
             tile.add(pixel, index, &sample);
             self.paths.swap_remove(path);
         }

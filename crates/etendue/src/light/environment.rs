@@ -40,6 +40,17 @@ pub(super) fn direction_pdf(ctx: &LightContext, wi: Vec3) -> f32 {
     if one_sided(ctx) { warp::cosine_hemisphere_pdf(ctx.normal.dot(wi)) } else { warp::UNIFORM_SPHERE_PDF }
 }
 
+/// The cross section of a sphere about the scene, m^2. A scene without extent is still lit from infinity.
+pub(super) fn cross_section(scene_radius: f64) -> f64 {
+    let scene_radius = if scene_radius > 0.0 && scene_radius.is_finite() { scene_radius } else { 1.0 };
+    PI * scene_radius * scene_radius
+}
+
+/// What comes from all directions into a sphere about the scene, m^2 sr.
+pub(super) fn etendue(scene_radius: f64) -> f64 {
+    4.0 * PI * cross_section(scene_radius)
+}
+
 impl Emitter for ConstantEnvironment {
     #[inline]
     fn radiance(&self) -> Spectrum {
@@ -47,9 +58,7 @@ impl Emitter for ConstantEnvironment {
     }
 
     fn etendue(&self, scene_radius: f64) -> f64 {
-        // A scene without extent still has an environment.
-        let scene_radius = if scene_radius > 0.0 && scene_radius.is_finite() { scene_radius } else { 1.0 };
-        4.0 * PI * PI * scene_radius * scene_radius
+        etendue(scene_radius)
     }
 
     #[inline]

@@ -21,19 +21,25 @@
 //! a point on it, and gathers nothing from it. So the whole segment from the context to the target is on one side of
 //! the plane, by at least `margin`; a sphere is on the other side of its tangent plane.
 
+mod directional;
 mod environment;
 mod planar;
 mod point;
 mod rectangle;
+mod sky;
 mod sphere;
 mod spherical;
+mod spot;
 mod table;
 mod triangle;
 
+pub use directional::DirectionalLight;
 pub use environment::ConstantEnvironment;
 pub use point::PointLightSource;
 pub use rectangle::RectangleLight;
+pub use sky::{ImageEnvironment, MAX_MAP_TEXELS, RadianceMap, RadianceMapError};
 pub use sphere::SphereLight;
+pub use spot::SpotLight;
 pub use table::{LightTable, LightTableError, MAX_LIGHTS};
 pub use triangle::TriangleLight;
 
@@ -42,6 +48,7 @@ use crate::{
     math::{DVec3, Vec3},
     spectrum::Spectrum,
 };
+use std::sync::Arc;
 
 /// Where light is gathered.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +69,8 @@ pub struct LightSample {
     /// The point on the light, already offset from its surface towards the context so that the segment ends before it;
     /// `None` for lights at infinity.
     pub target: Option<Vec3>,
-    /// Radiance that arrives if nothing is in between; for discrete lights (point) irradiance on a plane facing it.
+    /// Radiance that arrives if nothing is in between; for discrete lights (point, spot, directional) irradiance on a plane
+    /// that faces it.
     pub radiance: Spectrum,
     /// Density of this light and direction, the choice of the light included. Finite and above 0, but up to 1e37 for
     /// tiny lights: its square may overflow.
@@ -71,9 +79,10 @@ pub struct LightSample {
 
 /// What each kind of light answers; densities per solid angle, without the choice of the light.
 trait Emitter {
-    /// Radiance, the same in all directions; radiant intensity of a point light.
+    /// See [`Light::radiance`].
     fn radiance(&self) -> Spectrum;
-    /// Radiant power per unit of [`Emitter::radiance`], in m^2 sr (sr for a point light); `scene_radius` in metres.
+    /// Radiant power per unit of [`Emitter::radiance`], in m^2 sr (sr for a point or spot light, m^2 for a directional one);
+    /// `scene_radius` in metres.
     /// 0 or not finite for degenerate geometry.
     fn etendue(&self, scene_radius: f64) -> f64;
     /// A direction towards the light, or `None` where the light cannot be seen.
@@ -84,7 +93,7 @@ trait Emitter {
 }
 
 /// A source of light: world space, relative to the scene's centre.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Light {
     /// An emissive triangle.
     Triangle(TriangleLight),
@@ -94,8 +103,14 @@ pub enum Light {
     Sphere(SphereLight),
     /// A light without extent.
     Point(PointLightSource),
-    /// Radiance from infinity.
+    /// A light without extent that shines into a cone.
+    Spot(SpotLight),
+    /// Parallel light from infinity.
+    Directional(DirectionalLight),
+    /// The same radiance from all around.
     Environment(ConstantEnvironment),
+    /// Radiance from all around by an image.
+    Image(Arc<ImageEnvironment>),
 }
 
 macro_rules! dispatch {
@@ -105,19 +120,43 @@ macro_rules! dispatch {
             Light::Rectangle($inner) => $body,
             Light::Sphere($inner) => $body,
             Light::Point($inner) => $body,
+            Light::Spot($inner) => $body,
+            Light::Directional($inner) => $body,
             Light::Environment($inner) => $body,
+            Light::Image($inner) => $body,
         }
     };
 }
 
 impl Light {
-    /// Radiance, W sr^-1 m^-2, the same in all directions; for a point light its intensity, W/sr.
+    /// Radiance, W sr^-1 m^-2, the same in all directions, or its mean over the sphere for an image; for point and spot
+    /// lights their (greatest) intensity, W/sr; for directional lights irradiance, W m^-2.
     #[inline]
     pub fn radiance(&self) -> Spectrum {
         dispatch!(self, light => light.radiance())
     }
 
-    /// Radiant power, W, as the mean of the channels; of an environment, what enters a sphere of `scene_radius` metres.
+    /// True for lights that no ray can meet, only light samples find: point, spot and directional lights.
+    pub fn is_delta(&self) -> bool {
+        matches!(self, Self::Point(_) | Self::Spot(_) | Self::Directional(_))
+    }
+
+    /// True for light from infinity.
+    pub fn is_infinite(&self) -> bool {
+        matches!(self, Self::Directional(_) | Self::Environment(_) | Self::Image(_))
+    }
+
+    /// Radiance from infinity along the unit vector `wi`; black for lights at some place or of one direction.
+    #[inline]
+    pub fn environment_radiance(&self, wi: Vec3) -> Spectrum {
+        match self {
+            Self::Environment(environment) => environment.radiance,
+            Self::Image(environment) => environment.radiance_from(wi),
+            _ => Spectrum::BLACK,
+        }
+    }
+
+    /// Radiant power, W, as the mean of the channels; of light from infinity, what enters a sphere of `scene_radius` metres.
     /// 0 for lights that can never be sampled: degenerate, black, or not finite.
     pub fn power(&self, scene_radius: f64) -> f64 {
         let etendue = dispatch!(self, light => light.etendue(scene_radius));
@@ -133,11 +172,17 @@ impl Light {
     }
 
     /// Density per solid angle with which [`Light::sample`] draws the unit vector `wi`, given that a ray from the
-    /// context along `wi` meets the light at `distance` metres (infinite for an environment). 0 for point lights.
+    /// context along `wi` meets the light at `distance` metres (infinite for an environment). 0 for discrete lights.
     #[inline]
     pub fn pdf(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> f32 {
         dispatch!(self, light => light.pdf(ctx, wi, distance))
     }
+}
+
+/// True for a unit vector, within rounding.
+#[inline]
+fn is_unit(v: Vec3) -> bool {
+    (v.length_squared() - 1.0).abs() < 1e-5
 }
 
 /// Largest magnitude of a coordinate.

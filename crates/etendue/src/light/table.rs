@@ -15,13 +15,16 @@ pub enum LightTableError {
         /// How many there are.
         count: usize,
     },
+    /// More than one light is all around.
+    #[error("more than one environment")]
+    SeveralEnvironments,
 }
 
 /// Lights with their selection probabilities, immutable. Lights are named by their index in the list that the table was
 /// built from.
 ///
-/// A light is chosen in proportion to its power ([`Light::power`]). An environment's share is at most one half if there
-/// are other lights: its power grows with the scene and would starve small lamps in a large one. Lights without power
+/// A light is chosen in proportion to its power ([`Light::power`]). Lights at infinity share at most one half if there
+/// are others: their power grows with the scene and would starve small lamps in a large one. Lights without power
 /// are never chosen; any other has a probability of at least 2^-24.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
@@ -32,22 +35,21 @@ pub struct LightTable {
 }
 
 impl LightTable {
-    /// `scene_radius` is the radius of a sphere about all geometry, in metres. Of several environments the first takes the
-    /// radiance of all.
+    /// `scene_radius` is the radius of a sphere about all geometry, in metres.
     ///
     /// # Errors
-    /// [`LightTableError::TooMany`] above [`MAX_LIGHTS`].
-    pub fn new(mut lights: Vec<Light>, scene_radius: f64) -> Result<Self, LightTableError> {
+    /// [`LightTableError`] above [`MAX_LIGHTS`], or if there is more than one environment.
+    pub fn new(lights: Vec<Light>, scene_radius: f64) -> Result<Self, LightTableError> {
         if lights.len() > MAX_LIGHTS {
             return Err(LightTableError::TooMany { count: lights.len() });
         }
-        let environment = merge_environments(&mut lights);
-        let mut weights: Vec<f64> = lights.iter().map(|light| light.power(scene_radius)).collect();
-        if let Some(index) = environment {
-            let own = std::mem::take(&mut weights[index]);
-            let others: f64 = weights.iter().sum();
-            weights[index] = if others > 0.0 { own.min(others) } else { own };
+        let is_environment = |light: &Light| matches!(light, Light::Environment(_) | Light::Image(_));
+        let environment = lights.iter().position(is_environment);
+        if lights.iter().filter(|light| is_environment(light)).count() > 1 {
+            return Err(LightTableError::SeveralEnvironments);
         }
+        let mut weights: Vec<f64> = lights.iter().map(|light| light.power(scene_radius)).collect();
+        limit_infinite(&lights, &mut weights);
         // Powers are finite and not negative, so the number is all that can be wrong.
         let selection = Distribution1D::new(&weights).map_err(|_| LightTableError::TooMany { count: lights.len() })?;
         Ok(Self { lights, selection, environment: environment.map(|index| index as u32) })
@@ -71,10 +73,10 @@ impl LightTable {
         self.environment
     }
 
-    /// Radiance that a ray which leaves the scene meets; black without an environment.
+    /// Radiance that a ray along the unit vector `wi` meets when it leaves the scene; black without an environment.
     #[inline]
-    pub fn environment_radiance(&self) -> Spectrum {
-        self.environment.map_or(Spectrum::BLACK, |index| self.lights[index as usize].radiance())
+    pub fn environment_radiance(&self, wi: Vec3) -> Spectrum {
+        self.environment.map_or(Spectrum::BLACK, |index| self.lights[index as usize].environment_radiance(wi))
     }
 
     /// Probability that [`LightTable::select`] chooses light `index`; 0 beyond the last.
@@ -104,7 +106,7 @@ impl LightTable {
     }
 
     /// Density per solid angle with which [`LightTable::sample`] draws the unit vector `wi` towards light `light`, its
-    /// choice included, given that a ray from the context along `wi` meets it at `distance` metres. 0 for point lights,
+    /// choice included, given that a ray from the context along `wi` meets it at `distance` metres. 0 for discrete lights,
     /// for lights that are never chosen, and where `sample` gives `None`.
     #[inline]
     pub fn pdf_hit(&self, ctx: &LightContext, light: u32, wi: Vec3, distance: f32) -> f32 {
@@ -119,19 +121,16 @@ impl LightTable {
     }
 }
 
-/// Adds all environments up in the first, leaves the others black, and returns the first's index.
-fn merge_environments(lights: &mut [Light]) -> Option<usize> {
-    let mut first = None;
-    let mut sum = Spectrum::BLACK;
-    for (index, light) in lights.iter_mut().enumerate() {
-        if let Light::Environment(environment) = light {
-            sum += environment.radiance;
-            environment.radiance = Spectrum::BLACK;
-            first = first.or(Some(index));
+/// Scales the weights of lights at infinity down to what all others have together, if there are others.
+fn limit_infinite(lights: &[Light], weights: &mut [f64]) {
+    let sum = |infinite: bool| -> f64 {
+        lights.iter().zip(&*weights).filter(|(light, _)| light.is_infinite() == infinite).map(|(_, w)| w).sum()
+    };
+    let (near, far) = (sum(false), sum(true));
+    if near > 0.0 && far > near {
+        let scale = near / far;
+        for (_, weight) in lights.iter().zip(weights).filter(|(light, _)| light.is_infinite()) {
+            *weight *= scale;
         }
     }
-    if let Some(Light::Environment(environment)) = first.map(|index| &mut lights[index]) {
-        environment.radiance = sum;
-    }
-    first
 }

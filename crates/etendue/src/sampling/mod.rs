@@ -7,9 +7,14 @@
 
 mod distribution;
 mod filter;
+mod filter_table;
+mod grid;
 mod hash;
 mod independent;
+mod latin_hypercube;
 mod sobol;
+mod strata;
+mod stratified;
 pub mod warp;
 
 use std::fmt;
@@ -18,9 +23,12 @@ use std::str::FromStr;
 use crate::film::UnknownName;
 pub use distribution::{Choice, Distribution1D, DistributionError};
 pub use filter::{Filter, FilterSampler};
+pub use grid::{Cell, Distribution2D};
 use hash::{GOLDEN, mix, to_unit};
 use independent::Independent;
+use latin_hypercube::LatinHypercube;
 use sobol::Sobol;
+use stratified::Stratified;
 
 /// One random dimension's name inside a path vertex. A dimension is the pair (vertex, slot); vertex 0 is the camera.
 #[repr(u32)]
@@ -71,6 +79,10 @@ pub enum Sampler {
     /// Owen-scrambled Sobol points, padded per dimension pair.
     #[default]
     Sobol,
+    /// Jittered points in nested grids of cells, padded: the classical stratified sampling.
+    Stratified,
+    /// Jittered points in nested columns and rows, padded: the classical Latin hypercube.
+    LatinHypercube,
 }
 
 /// What a kind of sampler computes. `dimension` is the hash of (stream, vertex, slot).
@@ -91,6 +103,14 @@ macro_rules! dispatch {
                 type $Points = Sobol;
                 $body
             }
+            Sampler::Stratified => {
+                type $Points = Stratified;
+                $body
+            }
+            Sampler::LatinHypercube => {
+                type $Points = LatinHypercube;
+                $body
+            }
         }
     };
 }
@@ -109,13 +129,15 @@ fn dimension(stream: u64, slot_hash: u64) -> u64 {
 
 impl Sampler {
     /// All samplers.
-    pub const ALL: [Self; 2] = [Self::Sobol, Self::Independent];
+    pub const ALL: [Self; 4] = [Self::Sobol, Self::Independent, Self::Stratified, Self::LatinHypercube];
 
     /// The name it has in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sobol => "sobol",
             Self::Independent => "independent",
+            Self::Stratified => "stratified",
+            Self::LatinHypercube => "latin-hypercube",
         }
     }
 
@@ -134,7 +156,7 @@ impl Sampler {
         dispatch!(self, P => P::one_d(key, dimension))
     }
 
-    /// A point in [0, 1)^2. Its first coordinate is [`Sampler::one_d`] of the same arguments: take one or the other.
+    /// A point in [0, 1)^2. It depends on what [`Sampler::one_d`] gives for the same arguments: take one or the other.
     #[inline]
     pub fn two_d(self, key: SampleKey, vertex: u32, slot: Slot) -> [f32; 2] {
         let dimension = dimension(key.stream, slot_hash(vertex, slot));

@@ -1,12 +1,9 @@
 //! From parts to a scene: recentred in f64, single placements baked into world space, shared shapes as instances, lights
 //! listed, accelerator built.
 
-use super::{FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape};
+use super::{FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant};
 use crate::{
-    light::{
-        ConstantEnvironment, Light, LightTable, LightTableError, PointLightSource, RectangleLight, SphereLight,
-        TriangleLight,
-    },
+    light::{Light, LightTable, LightTableError, RectangleLight, SphereLight, TriangleLight},
     material::{Emission, Material},
     math::{DAffine3, DMat3, DVec3, Vec3},
     spectrum::Spectrum,
@@ -52,12 +49,12 @@ pub enum SceneError {
     /// A material is out of range.
     #[error("material `{0}`: {1}")]
     Material(String, String),
-    /// A point light has a value that is not finite or below 0.
-    #[error("point light {0}: position and intensity must be finite, intensity not negative")]
-    PointLight(usize),
-    /// The environment has a value that is not finite or below 0.
-    #[error("the environment's radiance must be finite and not negative")]
-    Environment,
+    /// A light without extent has a value that is out of range; the first is 0.
+    #[error("light {0}: {1}")]
+    DeltaLight(usize, &'static str),
+    /// The environment has a value that is out of range.
+    #[error("the environment's {0}")]
+    Environment(&'static str),
     /// Too many lights.
     #[error(transparent)]
     Lights(#[from] LightTableError),
@@ -88,14 +85,8 @@ impl Scene {
         for index in 0..parts.objects.len() {
             builder.place(index)?;
         }
-        for light in &parts.point_lights {
-            let position = (light.position - center).as_vec3();
-            builder.lights.push(Light::Point(PointLightSource { position, intensity: light.intensity }));
-        }
-        let environment = parts.environment.filter(|e| !e.is_black());
-        if let Some(radiance) = environment {
-            builder.lights.push(Light::Environment(ConstantEnvironment { radiance }));
-        }
+        builder.lights.extend(parts.delta_lights.iter().map(|light| distant::delta_light(light, center)));
+        builder.lights.extend(parts.environment.as_ref().and_then(distant::environment_light));
         let Builder { world, placements, lights, stats, .. } = builder;
         let accelerator = Accelerator::build(&world, settings.kind, settings.isa, settings.threads)?;
         let mut stats = stats;
@@ -114,10 +105,9 @@ impl Scene {
             placements,
             bsdfs: parts.materials.iter().map(|m| m.scattering.constant().map(|values| values.bsdf())).collect(),
             lights: LightTable::new(lights, f64::from(radius))?,
-            environment,
+            has_delta_lights: !parts.delta_lights.is_empty(),
             accelerator,
             opaque: parts.materials.iter().all(Material::is_opaque),
-            point_lights: parts.point_lights.len(),
             materials: parts.materials,
             stats,
         })
@@ -286,10 +276,12 @@ impl<'a> Builder<'a> {
         Ok((geometry, Some(transform), Primitives::Mesh(data)))
     }
 
+    /// What a primitive emits as light sampling sees it: where a surface is partly not there, so is its light.
     fn emission(&self, placement: &Placement, primitive: u32) -> Option<Glow> {
         let material = &self.parts.materials[placement.material(primitive) as usize];
         let Emission { radiance, two_sided } = material.emission.as_ref()?;
-        (!radiance.factor.is_black()).then_some(Glow { radiance: radiance.factor, two_sided: *two_sided })
+        let radiance = radiance.factor * material.opacity.factor;
+        (!radiance.is_black()).then_some(Glow { radiance, two_sided: *two_sided })
     }
 
     /// Lists the emitters of a placement.
@@ -410,12 +402,11 @@ fn validate(parts: &SceneParts) -> Result<(), SceneError> {
     for material in &parts.materials {
         material.validate().map_err(|e| SceneError::Material(material.name.clone(), e.to_string()))?;
     }
-    for (i, light) in parts.point_lights.iter().enumerate() {
-        let fine = light.position.is_finite() && light.intensity.0.iter().all(|c| c.is_finite() && *c >= 0.0);
-        fine.then_some(()).ok_or(SceneError::PointLight(i))?;
+    for (i, light) in parts.delta_lights.iter().enumerate() {
+        distant::validate_delta_light(light).map_err(|what| SceneError::DeltaLight(i, what))?;
     }
-    if parts.environment.is_some_and(|e| e.0.iter().any(|c| !(c.is_finite() && *c >= 0.0))) {
-        return Err(SceneError::Environment);
+    if let Some(environment) = &parts.environment {
+        distant::validate_environment(environment).map_err(SceneError::Environment)?;
     }
     for object in &parts.objects {
         validate_object(parts, object)?;

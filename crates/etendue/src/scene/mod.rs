@@ -1,10 +1,11 @@
 //! The immutable scene that rays flow through.
 
 mod build;
+mod distant;
 mod parts;
 
 pub use build::{AcceleratorSettings, SceneError};
-pub use parts::{Mesh, Object, PointLight, SceneParts, Shape};
+pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
     bsdf::Bsdf,
@@ -91,10 +92,9 @@ pub struct Scene {
     /// Of materials without textures.
     bsdfs: Vec<Option<Bsdf>>,
     lights: LightTable,
-    environment: Option<Spectrum>,
     accelerator: Accelerator,
     opaque: bool,
-    point_lights: usize,
+    has_delta_lights: bool,
     stats: SceneStats,
 }
 
@@ -114,9 +114,10 @@ impl Scene {
         &self.lights
     }
 
-    /// Radiance from outside of everything, the same in all directions; absent: black.
-    pub fn environment(&self) -> Option<Spectrum> {
-        self.environment
+    /// Radiance from outside of everything along the unit vector `wi`.
+    #[inline]
+    pub fn environment_radiance(&self, wi: Vec3) -> Spectrum {
+        self.lights.environment_radiance(wi)
     }
 
     /// True if no surface lets rays pass straight through.
@@ -125,8 +126,8 @@ impl Scene {
     }
 
     /// True if some lights can be found by sampling only (`brute` does not see them).
-    pub fn has_point_lights(&self) -> bool {
-        self.point_lights > 0
+    pub fn has_delta_lights(&self) -> bool {
+        self.has_delta_lights
     }
 
     /// The materials, as given.

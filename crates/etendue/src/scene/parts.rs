@@ -1,8 +1,9 @@
 //! All that a scene is built from: plain records with f64 transforms.
 
 use crate::{
+    light::RadianceMap,
     material::Material,
-    math::{DAffine3, DVec3},
+    math::{DAffine3, DMat3, DVec3},
     spectrum::Spectrum,
 };
 use std::sync::Arc;
@@ -61,13 +62,58 @@ pub struct Object {
     pub materials: Vec<usize>,
 }
 
-/// A light without extent.
-#[derive(Clone, Copy, Debug)]
-pub struct PointLight {
-    /// World space, metres.
-    pub position: DVec3,
-    /// Radiant intensity, W/sr per channel.
-    pub intensity: Spectrum,
+/// A light that no ray can meet: without extent, or of one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DeltaLight {
+    /// Shines alike in all directions.
+    Point {
+        /// World space, metres.
+        position: DVec3,
+        /// Radiant intensity, W/sr.
+        intensity: Spectrum,
+    },
+    /// Shines into a cone; see [`SpotLight`](crate::light::SpotLight).
+    Spot {
+        /// World space, metres.
+        position: DVec3,
+        /// Where it points, of any length but 0.
+        direction: DVec3,
+        /// Half angle of the cone, radians, above 0 up to pi.
+        half_angle: f64,
+        /// Share of the half angle, from the rim inwards, where the light fades, in [0, 1].
+        blend: f64,
+        /// Radiant intensity on the axis, W/sr.
+        intensity: Spectrum,
+    },
+    /// Parallel light from infinity.
+    Directional {
+        /// Where the light travels to, of any length but 0.
+        direction: DVec3,
+        /// W m^-2 on a plane that faces it.
+        irradiance: Spectrum,
+    },
+}
+
+/// Light from all around.
+#[derive(Clone, Debug)]
+pub enum Environment {
+    /// The same radiance from every direction, W sr^-1 m^-2.
+    Constant(Spectrum),
+    /// By an equirectangular image; see [`ImageEnvironment`](crate::light::ImageEnvironment).
+    Image {
+        /// The image.
+        map: Arc<RadianceMap>,
+        /// A rotation, from the image's space (y up, +z in the middle) to the world.
+        orientation: DMat3,
+        /// Multiplies the image.
+        strength: Spectrum,
+    },
+}
+
+impl From<Spectrum> for Environment {
+    fn from(radiance: Spectrum) -> Self {
+        Self::Constant(radiance)
+    }
 }
 
 /// All that a scene is built from.
@@ -79,8 +125,8 @@ pub struct SceneParts {
     pub objects: Vec<Object>,
     /// Materials.
     pub materials: Vec<Material>,
-    /// Point lights.
-    pub point_lights: Vec<PointLight>,
-    /// Constant radiance from all directions.
-    pub environment: Option<Spectrum>,
+    /// Lights that no ray can meet.
+    pub delta_lights: Vec<DeltaLight>,
+    /// Light from all around; absent: black.
+    pub environment: Option<Environment>,
 }

@@ -33,6 +33,9 @@ impl Samples {
     }
 }
 
+/// Longest side, texels.
+const MAX_SIDE: u32 = 1 << 24;
+
 /// What stored colour means. Opacity is always linear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transfer {
@@ -45,7 +48,7 @@ pub enum Transfer {
 /// An image that cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TextureImageError {
-    /// No texels, or more than 2^31 along a side.
+    /// No texels, or more than 2^24 along a side.
     #[error("a texture of {0} x {1} texels")]
     Size(u32, u32),
     /// Not 1 to 4 channels.
@@ -90,7 +93,7 @@ impl TextureImage {
         samples: Samples,
         transfer: Transfer,
     ) -> Result<Self, TextureImageError> {
-        if !(1..=1 << 31).contains(&width) || !(1..=1 << 31).contains(&height) {
+        if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
             return Err(TextureImageError::Size(width, height));
         }
         if !(1..=4).contains(&channels) {

@@ -107,7 +107,8 @@ impl Wrap {
                 let halves = x * 0.5;
                 2.0 * (halves - halves.floor())
             }
-            Self::Clamp | Self::Black => x,
+            // Farther out nothing changes.
+            Self::Clamp | Self::Black => x.clamp(-2.0, 3.0),
         }
     }
 

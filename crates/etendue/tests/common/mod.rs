@@ -126,7 +126,8 @@ pub fn camera(position: DVec3, target: DVec3) -> CameraSettings {
 
 /// Renders the whole image of `size` pixels.
 pub fn picture(scene: &Scene, camera: &CameraSettings, size: [u32; 2], settings: &RenderSettings) -> Image {
-    let film = Film::new(&FilmSettings { resolution: size, crop: None, aovs: vec![] }).expect("a valid film");
+    let film = Film::new(&FilmSettings { resolution: size, crop: None, aovs: vec![], transparent: false })
+        .expect("a valid film");
     render(scene, camera, settings, &film, &RenderControl::default()).expect("valid settings");
     assert_eq!(film.left_out().count, 0, "samples were left out");
     film.develop()

@@ -1,10 +1,14 @@
 //! Lights of all variants, seen from contexts of all kinds, at several scales and places.
 
 use etendue::{
-    light::{ConstantEnvironment, Light, LightContext, PointLightSource, RectangleLight, SphereLight, TriangleLight},
+    light::{
+        ConstantEnvironment, DirectionalLight, ImageEnvironment, Light, LightContext, PointLightSource, RadianceMap,
+        RectangleLight, SphereLight, SpotLight, TriangleLight,
+    },
     math::{DMat3, DVec3, Vec3, dvec3},
     spectrum::Spectrum,
 };
+use std::sync::Arc;
 
 pub const RADIANCE: Spectrum = Spectrum([2.0, 3.0, 5.0]);
 
@@ -130,11 +134,18 @@ pub fn with_surface() -> Vec<Case> {
             for (i, &[x, y, z]) in points.iter().enumerate() {
                 let (normal, transmits) = gathers()[i % 3];
                 let ctx = LightContext { point: at.point(dvec3(x, y, z)), normal, transmits };
-                cases.push(Case { name: format!("{name} from ({x}, {y}, {z}), {}", at.name), light, ctx });
+                let name = format!("{name} from ({x}, {y}, {z}), {}", at.name);
+                cases.push(Case { name, light: light.clone(), ctx });
             }
         }
     }
     cases
+}
+
+/// A map that is [`RADIANCE`] everywhere.
+fn even_image(orientation: DMat3) -> ImageEnvironment {
+    let map = RadianceMap::new(8, 4, vec![[1.0, 1.5, 2.5]; 32]).unwrap();
+    ImageEnvironment::new(Arc::new(map), orientation, Spectrum::splat(2.0))
 }
 
 /// Lights without surface, from everywhere.
@@ -142,14 +153,27 @@ pub fn without_surface() -> Vec<Case> {
     let mut cases = Vec::new();
     for at in placements() {
         let position = at.point(dvec3(0.1, 0.7, 1.9));
+        let unit = |direction: DVec3| (at.rotation * direction).normalize().as_vec3();
+        let spot = |cos_outer: f32, cos_inner: f32| {
+            let axis = unit(dvec3(0.0, -0.1, -1.0));
+            Light::Spot(SpotLight { position, axis, cos_outer, cos_inner, intensity: RADIANCE })
+        };
+        let irradiance = RADIANCE;
         let lights = [
             ("environment", Light::Environment(ConstantEnvironment { radiance: RADIANCE })),
+            ("image", Light::Image(Arc::new(even_image(at.rotation)))),
             ("point", Light::Point(PointLightSource { position, intensity: RADIANCE })),
+            ("spot", spot(0.5, 0.99)),
+            ("spot of sharp edge", spot(0.5, 0.5)),
+            (
+                "directional",
+                Light::Directional(DirectionalLight { direction: unit(dvec3(0.3, -0.5, -0.8)), irradiance }),
+            ),
         ];
         for (name, light) in lights {
             for (i, (normal, transmits)) in gathers().into_iter().enumerate() {
                 let ctx = LightContext { point: at.point(dvec3(0.4, 0.3, -0.5)), normal, transmits };
-                cases.push(Case { name: format!("{name}, gathering {i}, {}", at.name), light, ctx });
+                cases.push(Case { name: format!("{name}, gathering {i}, {}", at.name), light: light.clone(), ctx });
             }
         }
     }

@@ -187,10 +187,10 @@ fn chi_square_of_every_light_from_everywhere() {
 #[test]
 fn chi_square_of_environments() {
     let cases = cases::without_surface();
-    let environments = cases.iter().filter(|case| matches!(case.light, Light::Environment(_)));
+    let environments = cases.iter().filter(|case| matches!(case.light, Light::Environment(_) | Light::Image(_)));
     for (i, case) in environments.enumerate() {
         let test = ChiSquare::new(samples(40_000, 1_000_000)).seed(i as u64);
-        around(case, &test).assert(0.01, 12, &case.name);
+        around(case, &test).assert(0.01, 24, &case.name);
     }
 }
 
@@ -209,7 +209,7 @@ fn density_of_a_sample_is_the_density_of_its_direction() {
         let mut rng = Rng::new(3);
         for _ in 0..samples(300, 20_000) {
             let Some(sample) = case.light.sample(&case.ctx, rng.f32x2()) else { continue };
-            if matches!(case.light, Light::Point(_)) {
+            if case.light.is_delta() {
                 assert_eq!(sample.density, Density::Discrete(1.0));
                 assert_eq!(case.light.pdf(&case.ctx, sample.wi, 1.0), 0.0);
                 continue;

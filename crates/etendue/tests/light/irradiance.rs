@@ -88,7 +88,17 @@ pub fn closed_form(light: &Light, point: Vec3, normal: DVec3) -> f64 {
             let offset = double(p.position) - at;
             f64::from(p.intensity[0]) * offset.normalize().dot(normal).max(0.0) / offset.length_squared()
         }
-        Light::Environment(e) => f64::from(e.radiance[0]) * PI,
+        Light::Spot(s) => {
+            let offset = double(s.position) - at;
+            let (inner, outer) = (f64::from(s.cos_inner), f64::from(s.cos_outer));
+            let cos = -offset.normalize().dot(double(s.axis));
+            let t = if cos >= inner { 1.0 } else { ((cos - outer) / (inner - outer)).max(0.0) };
+            let intensity = f64::from(s.intensity[0]) * t * t * (3.0 - 2.0 * t);
+            intensity * offset.normalize().dot(normal).max(0.0) / offset.length_squared()
+        }
+        Light::Directional(d) => f64::from(d.irradiance[0]) * -double(d.direction).dot(normal).min(0.0),
+        // The same from everywhere, in the cases that come here.
+        Light::Environment(_) | Light::Image(_) => f64::from(light.radiance()[0]) * PI,
     }
 }
 

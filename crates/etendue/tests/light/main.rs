@@ -2,10 +2,12 @@
 #![allow(clippy::disallowed_methods)]
 
 mod cases;
+mod delta;
 mod directions;
 mod irradiance;
 mod robustness;
 mod segments;
+mod sky;
 mod table;
 
 use etendue::math::{DVec3, Vec3, dvec3};

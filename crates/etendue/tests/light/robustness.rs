@@ -3,11 +3,15 @@
 use super::{cases, double, samples};
 use etendue::{
     bsdf::Density,
-    light::{ConstantEnvironment, Light, LightContext, PointLightSource, RectangleLight, SphereLight, TriangleLight},
-    math::Vec3,
+    light::{
+        ConstantEnvironment, DirectionalLight, ImageEnvironment, Light, LightContext, PointLightSource, RadianceMap,
+        RectangleLight, SphereLight, SpotLight, TriangleLight,
+    },
+    math::{DMat3, Vec3},
     spectrum::Spectrum,
 };
 use etendue_testkit::Rng;
+use std::sync::Arc;
 
 const LAST: f32 = 1.0 - f32::EPSILON / 2.0;
 
@@ -51,13 +55,32 @@ fn ugly_light(rng: &mut Rng) -> Light {
     let radiance = Spectrum::ONE;
     let two_sided = one_in(2, rng);
     let [a, b, c, d] = [(); 4].map(|()| ugly_vector(rng));
-    match rng.u32() % 5 {
+    match rng.u32() % 8 {
         0 => Light::Triangle(TriangleLight { vertices: [a, b, c], radiance, two_sided }),
         1 => Light::Rectangle(RectangleLight { corner: a, u: b, v: c, radiance, two_sided }),
         2 => Light::Sphere(SphereLight { center: a, axes: [b, c, d], radiance, two_sided }),
         3 => Light::Point(PointLightSource { position: a, intensity: radiance }),
+        4 => {
+            let [cos_outer, cos_inner] = [ugly_number(rng), ugly_number(rng)];
+            let axis = if one_in(2, rng) { b.normalize_or(Vec3::X) } else { b };
+            Light::Spot(SpotLight { position: a, axis, cos_outer, cos_inner, intensity: radiance })
+        }
+        5 => {
+            let direction = if one_in(2, rng) { a.normalize_or(Vec3::X) } else { a };
+            Light::Directional(DirectionalLight { direction, irradiance: radiance })
+        }
+        6 => ugly_image(rng),
         _ => Light::Environment(ConstantEnvironment { radiance }),
     }
+}
+
+fn ugly_image(rng: &mut Rng) -> Light {
+    let (width, height) = (1 + rng.u32() % 4, 1 + rng.u32() % 4);
+    let texels = (0..width * height).map(|_| [(); 3].map(|()| ugly_number(rng))).collect();
+    let map = RadianceMap::new(width, height, texels).unwrap();
+    let orientation =
+        if one_in(2, rng) { DMat3::IDENTITY } else { DMat3::from_rotation_x(f64::from(ugly_number(rng))) };
+    Light::Image(Arc::new(ImageEnvironment::new(Arc::new(map), orientation, Spectrum::ONE)))
 }
 
 fn ugly_context(rng: &mut Rng, light: &Light) -> LightContext {
@@ -66,7 +89,8 @@ fn ugly_context(rng: &mut Rng, light: &Light) -> LightContext {
         Light::Rectangle(r) => [r.corner, r.corner + r.u * 0.5 + r.v * 0.5, r.corner + r.v],
         Light::Sphere(s) => [s.center, s.center + s.axes[0], s.center - s.axes[1]],
         Light::Point(p) => [p.position; 3],
-        Light::Environment(_) => [Vec3::ZERO; 3],
+        Light::Spot(s) => [s.position; 3],
+        Light::Directional(_) | Light::Environment(_) | Light::Image(_) => [Vec3::ZERO; 3],
     };
     let point = match rng.u32() % 3 {
         0 => on_light[rng.u32() as usize % 3],

@@ -32,7 +32,7 @@ fn geometry(light: &Light) -> Option<(Geometry, Option<Transform>)> {
             let unit = Sphere { center: [0.0; 3], radius: 1.0 };
             Some((Geometry::Spheres([unit].into()), Transform::new([row(0), row(1), row(2)])))
         }
-        Light::Point(_) | Light::Environment(_) => None,
+        _ => None,
     }
 }
 
@@ -61,7 +61,7 @@ fn width(light: &Light) -> f32 {
         Light::Triangle(t) => across(t.vertices[1] - t.vertices[0], t.vertices[2] - t.vertices[0]),
         Light::Rectangle(r) => across(r.u, r.v),
         Light::Sphere(s) => 0.5 * s.axes[0].length().min(s.axes[1].length()).min(s.axes[2].length()),
-        Light::Point(_) | Light::Environment(_) => 0.0,
+        _ => 0.0,
     }
 }
 

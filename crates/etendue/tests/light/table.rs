@@ -9,13 +9,14 @@ use super::{
 use etendue::{
     bsdf::Density,
     light::{
-        ConstantEnvironment, Light, LightContext, LightTable, LightTableError, MAX_LIGHTS, PointLightSource,
-        SphereLight, TriangleLight,
+        ConstantEnvironment, DirectionalLight, Light, LightContext, LightTable, LightTableError, MAX_LIGHTS,
+        PointLightSource, SphereLight, TriangleLight,
     },
     math::{DVec3, Vec3},
     spectrum::Spectrum,
 };
 use etendue_testkit::{Moments, Rng};
+use std::f64::consts::PI;
 
 const QUANTA: u32 = 1 << 24;
 
@@ -82,7 +83,7 @@ fn lights_are_chosen_by_power() {
 #[test]
 fn power_of_each_kind() {
     let mean = (2.0 + 3.0 + 5.0) / 3.0;
-    let pi = std::f64::consts::PI;
+    let pi = PI;
     let vertices = [Vec3::ZERO, Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)];
     let triangle = |two_sided| Light::Triangle(TriangleLight { vertices, radiance: RADIANCE, two_sided });
     let sphere = Light::Sphere(SphereLight::round(Vec3::ONE, 2.0, RADIANCE));
@@ -110,7 +111,7 @@ fn densities_include_the_choice() {
         let (select, u) = (rng.f32(), rng.f32x2());
         let index = table.select(select).unwrap();
         let Some(sample) = table.sample(&ctx, select, u) else { continue };
-        let light = table.lights()[index as usize];
+        let light = &table.lights()[index as usize];
         let distance = sample.target.map_or(f32::INFINITY, |t| t.distance(ctx.point));
         let pdf = match light {
             Light::Environment(_) => table.pdf_environment(&ctx, sample.wi),
@@ -198,7 +199,7 @@ fn degenerate_lights_are_left_out() {
         Light::Sphere(SphereLight::round(Vec3::ZERO, 0.0, RADIANCE)),
         Light::Point(PointLightSource { position: Vec3::splat(f32::INFINITY), intensity: RADIANCE }),
     ];
-    let only_bad: Vec<Light> = lights.iter().copied().filter(|l| *l != lights[1]).collect();
+    let only_bad: Vec<Light> = lights.iter().filter(|l| **l != lights[1]).cloned().collect();
     let table = LightTable::new(lights, 1.0).unwrap();
     assert_eq!(table.probability(1), 1.0);
     assert_eq!(total_probability(&table), 1.0);
@@ -210,22 +211,27 @@ fn degenerate_lights_are_left_out() {
         assert!(empty.is_empty() && empty.environment().is_none());
         assert!(empty.select(0.5).is_none() && empty.sample(&ctx, 0.5, [0.5; 2]).is_none());
         assert_eq!((empty.probability(0), empty.pdf_environment(&ctx, Vec3::Z)), (0.0, 0.0));
-        assert_eq!(empty.environment_radiance(), Spectrum::BLACK);
+        assert_eq!(empty.environment_radiance(Vec3::Z), Spectrum::BLACK);
     }
 }
 
-/// Environments add up, and leave half of the choices to other lights however large the scene.
+/// Lights at infinity leave half of the choices to other lights however large the scene; there is one environment.
 #[test]
-fn environments() {
+fn lights_at_infinity() {
     let environment = |radiance| Light::Environment(ConstantEnvironment { radiance });
     let lamp = Light::Point(PointLightSource { position: Vec3::Y, intensity: Spectrum::splat(1e-3) });
-    let lights = vec![lamp, environment(Spectrum([1.0, 2.0, 3.0])), environment(Spectrum([4.0, 0.0, 1.0]))];
-    let table = LightTable::new(lights, 1e6).unwrap();
-    assert_eq!(table.environment(), Some(1));
-    assert_eq!(table.environment_radiance(), Spectrum([5.0, 2.0, 4.0]));
-    assert!((table.probability(0) - 0.5).abs() < 1e-6 && table.probability(2) == 0.0);
+    let sun = Light::Directional(DirectionalLight { direction: Vec3::NEG_Y, irradiance: Spectrum::splat(PI as f32) });
+    let sky = environment(Spectrum([1.0, 2.0, 3.0]));
+    let table = LightTable::new(vec![lamp.clone(), sun, sky.clone()], 1e6).unwrap();
+    assert_eq!((table.environment(), table.environment_radiance(Vec3::X)), (Some(2), Spectrum([1.0, 2.0, 3.0])));
+    // A sun of pi W m^-2 has pi^2 R^2 W, a sky of radiance 2 has 8 pi^2 R^2 W.
+    for (index, share) in [(0, 0.5), (1, 0.5 / 9.0), (2, 4.0 / 9.0)] {
+        assert!((table.probability(index) - share).abs() < 1e-6, "light {index}: {}", table.probability(index));
+    }
     let alone = LightTable::new(vec![environment(RADIANCE)], 0.0).unwrap();
     assert_eq!(alone.probability(0), 1.0);
+    let two = LightTable::new(vec![sky, lamp, environment(RADIANCE)], 1.0);
+    assert_eq!(two.err(), Some(LightTableError::SeveralEnvironments));
 }
 
 /// Same bits: the choice and the sample are a function of their arguments alone.
