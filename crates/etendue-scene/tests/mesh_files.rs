@@ -3,10 +3,9 @@
 
 use etendue_scene::{
     Diagnostics, SourceMap,
-    description::TextureRecord,
     mesh_file::{self, MeshFile, MeshLimits},
 };
-use std::{convert::Infallible, fmt::Write, path::Path};
+use std::{fmt::Write, path::Path};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
 
@@ -30,18 +29,8 @@ fn describe(text: &mut String, file: &MeshFile) {
         writeln!(text, "  sphere {:?} {:?} {}", sphere.center.to_array(), sphere.radius, sphere.material).unwrap();
     }
     for named in &file.materials {
-        let scattering = &named.material.scattering;
-        match scattering.constant() {
-            Some(values) => writeln!(text, "  material {:?}: {values:?}", named.name).unwrap(),
-            None => {
-                let file = |texture: &Option<TextureRecord>| texture.as_ref().map(|t| t.file.value.clone());
-                let shown = scattering.try_map(
-                    |_, _, c| Ok::<_, Infallible>((c.factor, file(&c.texture))),
-                    |_, _, n| Ok((n.factor, file(&n.texture))),
-                );
-                writeln!(text, "  material {:?}: {:?}", named.name, shown.unwrap()).unwrap();
-            }
-        }
+        let defined = named.material != MeshFile::default_material(&named.name);
+        writeln!(text, "  material {:?}{}", named.name, if defined { "" } else { ", grey" }).unwrap();
     }
     for group in &file.groups {
         writeln!(text, "  group {:?} {:?} {:?}", group.object, group.group, group.faces).unwrap();

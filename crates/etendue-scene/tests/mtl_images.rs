@@ -81,6 +81,7 @@ fn options() {
         ("-s 1 2 3", uv([1.0, 2.0], [0.0; 2]), "3"),
         ("-s 1 1 1 3 d.png", plain, "3 d.png"),
         ("\"quoted name.png\"", plain, "quoted name.png"),
+        ("-s 2 2 \\\n my \\\n wood.png", uv([2.0; 2], [0.0; 2]), "my wood.png"),
         ("#1.png", plain, "#1.png"),
         ("a.png # the wood", plain, "a.png"),
         ("-unknown.png", plain, "-unknown.png"),

@@ -4,9 +4,10 @@ use super::{keys::Key, record::Map};
 use crate::{
     FileId, Span,
     description::{Located, TextureRecord},
+    text::joined,
 };
 use etendue::texture::{Channel, Filtering, Mapping, UvTransform, Wrap};
-use std::{ops::Range, path::PathBuf};
+use std::{borrow::Cow, ops::Range, path::PathBuf};
 
 /// Words of a statement that are looked at; the rest belongs to the file's name.
 const MOST_WORDS: usize = 64;
@@ -25,8 +26,13 @@ pub struct Statement {
 }
 
 struct Reader<'a> {
-    bytes: &'a [u8],
-    /// Words of the statement after its key.
+    /// The statement after its key.
+    text: &'a [u8],
+    /// Where it begins in the file; absent where it goes over several lines.
+    start: Option<usize>,
+    /// Where it is.
+    place: Range<usize>,
+    /// Words of `text`.
     words: Vec<Range<usize>>,
     mapping: Mapping,
     scale: [f64; 2],
@@ -37,12 +43,16 @@ struct Reader<'a> {
     unused: Vec<(String, Range<usize>)>,
 }
 
-/// Reads what follows the key `key` in the bytes `rest` of a line.
-pub fn read(bytes: &[u8], rest: Range<usize>, key: Key, file: FileId) -> Statement {
-    let rest = without_comment(bytes, rest);
+/// Reads what follows the key `key`: the bytes `place` of a file, as [`Cursor::name`](crate::text::Cursor::name) has them.
+pub fn read(bytes: &[u8], place: Range<usize>, key: Key, file: FileId) -> Statement {
+    let joined = joined(&bytes[place.clone()]);
+    let start = matches!(joined, Cow::Borrowed(_)).then_some(place.start);
+    let text = without_comment(&joined);
     let mut reader = Reader {
-        bytes,
-        words: words(bytes, rest.clone()),
+        text,
+        start,
+        place,
+        words: words(text),
         mapping: Mapping::default(),
         scale: [1.0; 2],
         offset: [0.0; 2],
@@ -57,45 +67,42 @@ pub fn read(bytes: &[u8], rest: Range<usize>, key: Key, file: FileId) -> Stateme
     let name = match (reader.words.get(first), reader.words.get(end.wrapping_sub(1))) {
         (Some(start), Some(last)) if first < end => {
             // What is beyond the words that are looked at belongs to the name.
-            let stop = if end == MOST_WORDS { rest.end } else { last.end };
-            unquoted(bytes, start.start..stop)
+            let stop = if end == MOST_WORDS { text.len() } else { last.end };
+            unquoted(text, start.start..stop)
         }
         _ => 0..0,
     };
-    let map = (!name.is_empty()).then(|| reader.map(bytes, name, file));
+    let map = (!name.is_empty()).then(|| reader.map(name, file));
     Statement { map, unused: reader.unused, targets }
 }
 
 /// A comment after a file name begins with `#` at the start of a word after one that has an ending.
-fn without_comment(bytes: &[u8], rest: Range<usize>) -> Range<usize> {
-    let text = &bytes[rest.clone()];
+fn without_comment(text: &[u8]) -> &[u8] {
     let mut last_has_ending = false;
-    for word in words(text, 0..text.len()) {
+    for word in words(text) {
         if text[word.start] == b'#' && last_has_ending {
-            return rest.start..rest.start + text[..word.start].trim_ascii_end().len();
+            return text[..word.start].trim_ascii_end();
         }
         last_has_ending = text[word].contains(&b'.');
     }
-    rest
+    text
 }
 
-fn words(bytes: &[u8], rest: Range<usize>) -> Vec<Range<usize>> {
+fn words(text: &[u8]) -> Vec<Range<usize>> {
     let mut words = vec![];
-    let mut at = rest.start;
-    while at < rest.end && words.len() < MOST_WORDS {
-        let blank = bytes[at..rest.end].iter().take_while(|b| b.is_ascii_whitespace()).count();
-        let start = at + blank;
-        let length = bytes[start..rest.end].iter().take_while(|b| !b.is_ascii_whitespace()).count();
-        at = start + length;
-        if length > 0 {
+    let mut at = 0;
+    while at < text.len() && words.len() < MOST_WORDS {
+        let start = at + text[at..].iter().take_while(|b| b.is_ascii_whitespace()).count();
+        at = start + text[start..].iter().take_while(|b| !b.is_ascii_whitespace()).count();
+        if start < at {
             words.push(start..at);
         }
     }
     words
 }
 
-fn unquoted(bytes: &[u8], name: Range<usize>) -> Range<usize> {
-    match &bytes[name.clone()] {
+fn unquoted(text: &[u8], name: Range<usize>) -> Range<usize> {
+    match &text[name.clone()] {
         [b'"', inner @ .., b'"'] => name.start + 1..name.start + 1 + inner.len(),
         _ => name,
     }
@@ -103,7 +110,7 @@ fn unquoted(bytes: &[u8], name: Range<usize>) -> Range<usize> {
 
 impl Reader<'_> {
     fn word(&self, index: usize) -> &[u8] {
-        self.words.get(index).map_or(&[], |word| &self.bytes[word.clone()])
+        self.words.get(index).map_or(&[], |word| &self.text[word.clone()])
     }
 
     fn number(&self, index: usize) -> Option<f64> {
@@ -209,8 +216,13 @@ impl Reader<'_> {
 
     fn unused(&mut self, index: usize) {
         let option = String::from_utf8_lossy(self.word(index)).into_owned();
-        let place = self.words[index].clone();
+        let place = self.place(self.words[index].clone());
         self.unused.push((option, place));
+    }
+
+    /// Where a part of the text is in the file.
+    fn place(&self, part: Range<usize>) -> Range<usize> {
+        self.start.map_or(self.place.clone(), |start| start + part.start..start + part.end)
     }
 
     /// Reads the options before the file's name; the index of the first word after them.
@@ -268,13 +280,13 @@ impl Reader<'_> {
         (targets, end)
     }
 
-    fn map(&self, bytes: &[u8], name: Range<usize>, file: FileId) -> Map {
-        let text = String::from_utf8_lossy(&bytes[name.clone()]).into_owned();
+    fn map(&self, name: Range<usize>, file: FileId) -> Map {
+        let text = String::from_utf8_lossy(&self.text[name.clone()]).into_owned();
         let filtering = if self.blend == [false; 2] { Filtering::Nearest } else { Filtering::Bilinear };
         let transform = UvTransform::new(self.scale, 0.0, self.offset);
         Map {
             texture: TextureRecord {
-                file: Located { value: PathBuf::from(text), origin: Span::new(file, name).into() },
+                file: Located { value: PathBuf::from(text), origin: Span::new(file, self.place(name)).into() },
                 transfer: None,
                 mapping: Mapping { filtering, transform, ..self.mapping },
             },

@@ -61,7 +61,7 @@ use crate::{
     Diagnostics, FileId, Severity, Span,
     mesh_file::{KeyStatus, KeyUse, NamedMaterial},
     obj::number_error,
-    text::{Cursor, NumberError, Tally, shown},
+    text::{Cursor, NumberError, Tally, joined, shown},
 };
 use findings::Ignored;
 use keys::{Key, Kind};
@@ -134,7 +134,7 @@ impl Parser<'_> {
             let most = MOST_MATERIALS.to_string();
             return self.ignored.add(Ignored::TooMany, most.as_bytes(), self.file, place);
         }
-        let name = String::from_utf8_lossy(&self.cursor.bytes[name]).into_owned();
+        let name = String::from_utf8_lossy(&joined(&self.cursor.bytes[name])).into_owned();
         self.records.push(Record { name, place, entries: BTreeMap::new() });
     }
 
