@@ -13,6 +13,7 @@ pub mod image_file;
 mod indexed;
 mod limits;
 pub mod mesh_file;
+pub mod mesh_output;
 pub mod mtl;
 mod not_yet;
 pub mod obj;

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     polygon::{Cut, Triangulator, angle_at, newell},
-    positions::localise,
+    positions::{localise, unit_normal},
 };
 use etendue::scene::Mesh;
 use glam::DVec3;
@@ -59,7 +59,7 @@ pub(super) fn assemble(statements: &mut Statements, material_of: Option<&dyn Fn(
 /// Unit length, or zero.
 fn normalise(normals: &mut [[f32; 3]]) {
     for normal in normals {
-        *normal = DVec3::from(normal.map(f64::from)).normalize_or_zero().as_vec3().to_array();
+        *normal = unit_normal(DVec3::from(normal.map(f64::from)));
     }
 }
 
