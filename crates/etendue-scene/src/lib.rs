@@ -14,6 +14,7 @@ pub mod image_file;
 mod indexed;
 mod limits;
 pub mod mesh_file;
+pub mod mesh_output;
 pub mod model_scene;
 pub mod mtl;
 mod not_yet;
