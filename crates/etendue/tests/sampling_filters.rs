@@ -147,7 +147,7 @@ fn a_constant_is_kept() {
         assert!((mean * magnitude(filter) - 1.0).abs() < 2e-4, "{filter:?}: {}", mean * magnitude(filter));
     }
     let mut parts = Parts::default();
-    parts.0.environment = Some(Spectrum([0.5, 1.0, 2.0]));
+    parts.0.environment = Some(Spectrum([0.5, 1.0, 2.0]).into());
     let scene = parts.build();
     let view = camera(dvec3(0.0, 0.0, 3.0), dvec3(0.0, 0.0, 0.0));
     for filter in Filter::ALL {
