@@ -9,7 +9,7 @@ use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     indexed::{Indexed, Repair},
     mesh_file::MeshFile,
-    positions::{LARGEST, usable},
+    positions::{LARGEST, unit_normal, usable},
     text::{Cursor, NumberError, Tally, counted, shown, tally::Finding},
 };
 use glam::DVec3;
@@ -286,7 +286,7 @@ impl Reader<'_> {
         }
         self.mesh.positions.push(position);
         self.mesh.normals.iter_mut().for_each(|normals| {
-            normals.push(normal.normalize_or_zero().as_vec3().to_array());
+            normals.push(unit_normal(normal));
         });
         self.mesh.uvs.iter_mut().for_each(|uvs| uvs.push(uv));
         self.end_line();
