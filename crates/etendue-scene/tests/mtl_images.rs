@@ -282,6 +282,17 @@ fn names_with_a_meaning() {
     assert_eq!(said, [expected]);
 }
 
+#[test]
+fn there_is_an_end_to_materials() {
+    let text: String = (0..20_000).map(|i| format!("newmtl {i}\nKd 0.{i}\n")).collect();
+    let (library, _) = library(&text);
+    let last = library.materials.last().unwrap();
+    assert_eq!((library.materials.len(), last.name.as_str()), (16384, "16383"));
+    let Scattering::Diffuse { reflectance, .. } = &last.material.scattering else { panic!() };
+    assert_eq!(reflectance.factor, Spectrum::splat(0.16383));
+    assert_eq!(library.findings.count(Severity::Warning), 1);
+}
+
 /// As "KEY STATUS COUNT LINE".
 fn uses(text: &str) -> Vec<String> {
     let (library, sources) = library(text);
