@@ -49,7 +49,7 @@ pub struct NamedMaterial {
     /// As in the file; empty for faces that name none in a file where others do.
     pub name: String,
     /// What it means here. A name that nothing defines gets [`MeshFile::default_material`].
-    pub material: Material<TextureRecord>,
+    pub material: Box<Material<TextureRecord>>,
     /// Where it is defined; if it is not, where it is first used.
     pub origin: Option<Origin>,
 }
@@ -78,6 +78,9 @@ pub struct Library {
 
 /// Finds a material library by the name that a mesh file gives.
 pub type OpenLibrary<'a> = &'a mut dyn FnMut(&str) -> Result<Library, SourceError>;
+
+/// Most materials of one library, and most that one mesh file may use: each takes more than a kilobyte.
+pub const MOST_MATERIALS: usize = 1 << 16;
 
 impl MeshFile {
     /// A mesh alone.

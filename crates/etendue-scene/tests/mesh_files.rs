@@ -29,7 +29,7 @@ fn describe(text: &mut String, file: &MeshFile) {
         writeln!(text, "  sphere {:?} {:?} {}", sphere.center.to_array(), sphere.radius, sphere.material).unwrap();
     }
     for named in &file.materials {
-        let defined = named.material != MeshFile::default_material(&named.name);
+        let defined = *named.material != MeshFile::default_material(&named.name);
         writeln!(text, "  material {:?}{}", named.name, if defined { "" } else { ", grey" }).unwrap();
     }
     for group in &file.groups {

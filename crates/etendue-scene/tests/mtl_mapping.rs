@@ -14,7 +14,7 @@ fn read(keys: &str) -> (Material<TextureRecord>, Vec<String>) {
     let (materials, found) = mtl::read(&sources.bytes(file), file);
     assert_eq!(materials.len(), 1, "{keys}");
     assert_eq!(found.count(Severity::Error), 0, "{keys}: {found:?}");
-    (materials[0].material.clone(), found.iter().map(|d| d.one_line(&sources)).collect())
+    ((*materials[0].material).clone(), found.iter().map(|d| d.one_line(&sources)).collect())
 }
 
 const BLACK: Spectrum = Spectrum::BLACK;

@@ -29,9 +29,9 @@ mod mapping;
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
-    mesh_file::NamedMaterial,
+    mesh_file::{MOST_MATERIALS, NamedMaterial},
     obj::number_error,
-    text::{Cursor, NumberError, Tally, counted, shown, tally::Finding},
+    text::{Cursor, NumberError, Tally, counted, joined, shown, tally::Finding},
 };
 use std::ops::Range;
 
@@ -152,7 +152,7 @@ impl Parser<'_> {
         if key == b"newmtl" {
             let name = self.cursor.name();
             self.finish_record();
-            let text = String::from_utf8_lossy(&bytes[name.clone()]).into_owned();
+            let text = String::from_utf8_lossy(&joined(&bytes[name.clone()])).into_owned();
             self.record = Some(Record { name: text, place: word.start..name.end, ..Record::default() });
             return;
         }
@@ -249,11 +249,15 @@ impl Parser<'_> {
     fn finish_record(&mut self) {
         if let Some(record) = self.record.take() {
             let place = record.place.clone();
+            if self.materials.len() == MOST_MATERIALS {
+                let error = Diagnostic::error(format!("more than {MOST_MATERIALS} materials"));
+                return self.errors.push(error.at(Span::new(self.file, place)));
+            }
             let material = mapping::material(&record, &mut |what| {
                 self.ignored.add(what, b"", self.file, place.clone());
             });
             let origin = Some(Span::new(self.file, place).into());
-            self.materials.push(NamedMaterial { name: record.name, material, origin });
+            self.materials.push(NamedMaterial { name: record.name, material: Box::new(material), origin });
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use super::{chunk::Named, statements::Statements, unifier::NONE};
 use crate::{
-    Diagnostic, Diagnostics, FileId, Severity, Span,
-    mesh_file::{MeshFile, NamedMaterial, OpenLibrary},
+    Diagnostic, Diagnostics, FileId, Origin, Severity, Span,
+    mesh_file::{MOST_MATERIALS, MeshFile, NamedMaterial, OpenLibrary},
     mtl,
     text::shown,
 };
@@ -14,9 +14,6 @@ use std::{
 
 /// Most libraries that one file may open.
 const MOST_LIBRARIES: usize = 64;
-
-/// Most materials that the faces and spheres of one file may use: each takes more than a kilobyte.
-const MOST_MATERIALS: usize = 1 << 16;
 
 /// Names of `mtllib` that stand in one line are joined if this many or fewer words would have to be.
 const MOST_WORDS: usize = 64;
@@ -166,7 +163,7 @@ impl Libraries<'_> {
         used.index.insert(number, used.materials.len() as u32);
         used.materials.push(match statements.material_names.get(number as usize) {
             Some(named) => self.material(named),
-            None => NamedMaterial { name: String::new(), material: MeshFile::default_material(""), origin: None },
+            None => grey("", None),
         });
     }
 
@@ -188,8 +185,12 @@ impl Libraries<'_> {
                 warning.suggest(&text, names)
             });
         }
-        NamedMaterial { material: MeshFile::default_material(&text), name: text, origin: Some(place.into()) }
+        grey(&text, Some(place.into()))
     }
+}
+
+fn grey(name: &str, origin: Option<Origin>) -> NamedMaterial {
+    NamedMaterial { name: name.to_owned(), material: Box::new(MeshFile::default_material(name)), origin }
 }
 
 /// Cuts a line into names that end in `.mtl`, so that names may hold blanks; what is left at the end is a name as well.
