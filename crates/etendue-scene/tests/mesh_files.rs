@@ -88,3 +88,9 @@ fn check_folder(name: &str, least: usize) {
 fn every_mesh_gives_what_is_expected() {
     check_folder("meshes", 50);
 }
+
+/// One file for each thing that an OBJ file may do.
+#[test]
+fn every_obj_feature_gives_what_is_expected() {
+    check_folder("obj", 45);
+}
