@@ -58,6 +58,6 @@ fn main() -> ExitCode {
         eprintln!("which mesh files?");
         return ExitCode::from(2);
     }
-    let good = paths.iter().fold(true, |good, path| read(Path::new(path)) && good);
-    if good { ExitCode::SUCCESS } else { ExitCode::from(2) }
+    let bad = paths.iter().filter(|path| !read(Path::new(path))).count();
+    if bad == 0 { ExitCode::SUCCESS } else { ExitCode::from(2) }
 }

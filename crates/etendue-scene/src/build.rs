@@ -9,6 +9,7 @@ use crate::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap,
     description::{Located, ObjectRecord, SceneDescription, ShapeRecord, Step},
     geometry,
+    mesh_file::MeshFile,
 };
 use etendue::{
     camera::CameraSettings,
@@ -77,18 +78,36 @@ pub fn scene_hash(sources: &SourceMap) -> [u8; 32] {
 /// # Errors
 /// All findings, if there is an error among them: files that cannot be read, unknown names, limits that are passed.
 pub fn build(description: &SceneDescription, sources: &mut SourceMap, limits: &Limits) -> Result<Input, Diagnostics> {
-    let mut builder = Builder::new(description, sources, limits);
+    build_with(description, sources, limits, BTreeMap::new())
+}
+
+/// [`build`], with mesh files that have been read from `sources` already, by their paths.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with(
+    description: &SceneDescription,
+    sources: &mut SourceMap,
+    limits: &Limits,
+    loaded: BTreeMap<PathBuf, MeshFile>,
+) -> Result<Input, Diagnostics> {
+    let mut builder = Builder::new(description, sources, limits, loaded);
     for (number, object) in description.objects.iter().enumerate() {
         builder.place(number, object);
     }
-    let camera = view::camera(&description.camera, description.film.size);
+    let camera = view::camera(&description.camera, description.film.size, &builder.parts);
     let environment = description.environment.as_ref().and_then(|record| builder.loader.environment(record));
     let Builder { mut parts, loader, .. } = builder;
     let Loader { mut findings, .. } = loader;
+    let camera = match camera {
+        Ok(camera) if !findings.has_errors() => camera,
+        camera => {
+            camera.err().into_iter().for_each(|error| findings.push(error));
+            findings.sort();
+            return Err(findings);
+        }
+    };
     findings.sort();
-    if findings.has_errors() {
-        return Err(findings);
-    }
     parts.delta_lights = description.lights.iter().map(|light| light.value).collect();
     parts.environment = environment;
     let film = &description.film;
@@ -130,11 +149,16 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(description: &'a SceneDescription, sources: &'a mut SourceMap, limits: &'a Limits) -> Self {
+    fn new(
+        description: &'a SceneDescription,
+        sources: &'a mut SourceMap,
+        limits: &'a Limits,
+        loaded: BTreeMap<PathBuf, MeshFile>,
+    ) -> Self {
         let materials = &description.materials;
         let mut builder = Self {
             parts: SceneParts::default(),
-            loader: Loader::new(description, sources, limits),
+            loader: Loader::new(description, sources, limits, loaded),
             materials: materials.iter().enumerate().map(|(i, m)| (m.material.name.as_str(), i)).collect(),
             default_material: None,
             shared: BTreeMap::new(),
@@ -250,11 +274,7 @@ impl<'a> Builder<'a> {
                 }
             }
             let so_far = transform;
-            let lowest_of = |&shape: &usize| match &self.parts.shapes[shape] {
-                Shape::Mesh(mesh) => geometry::lowest_of_mesh(mesh, &so_far),
-                Shape::Sphere { center, radius } => geometry::lowest_of_sphere(*center, *radius, &so_far),
-                Shape::Rectangle { corner, u, v } => geometry::lowest_of_rectangle(*corner, *u, *v, &so_far),
-            };
+            let lowest_of = |&shape: &usize| view::lowest(&self.parts.shapes[shape], &so_far);
             let lowest = || shapes.iter().map(lowest_of).fold(DVec3::INFINITY, DVec3::min);
             transform = geometry::step(&located.value, lowest) * so_far;
             if !transform.is_finite() || !usable(&transform) {

@@ -9,7 +9,7 @@ use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     indexed::{Indexed, Repair},
     mesh_file::MeshFile,
-    positions::{LARGEST, usable},
+    positions::{LARGEST, unit_normal, usable},
     text::{Cursor, NumberError, Tally, counted, shown, tally::Finding},
 };
 use glam::DVec3;
@@ -84,12 +84,13 @@ pub fn read(bytes: &[u8], file: FileId) -> Result<MeshFile, Diagnostics> {
     let mesh = mesh.into_mesh(used, &mut |what, count| {
         skipped.add_many(Skipped::Repaired(what), b"", count, file, 0..0);
     });
+    let keys = skipped.uses();
     skipped.report(&mut found);
     found.sort();
     if mesh.indices.is_empty() {
         found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
     }
-    Ok(MeshFile { mesh, spheres: vec![], materials: vec![], groups: vec![], notes: found })
+    Ok(MeshFile { keys, ..MeshFile::of_mesh(mesh, found) })
 }
 
 impl Reader<'_> {
@@ -285,7 +286,7 @@ impl Reader<'_> {
         }
         self.mesh.positions.push(position);
         self.mesh.normals.iter_mut().for_each(|normals| {
-            normals.push(normal.normalize_or_zero().as_vec3().to_array());
+            normals.push(unit_normal(normal));
         });
         self.mesh.uvs.iter_mut().for_each(|uvs| uvs.push(uv));
         self.end_line();

@@ -12,6 +12,14 @@ pub(crate) fn usable(position: DVec3) -> bool {
     position.abs().cmple(DVec3::splat(LARGEST)).all()
 }
 
+/// Unit length, or zero for what has no direction. What is unit length to within rounding stays as it is, so that normals
+/// that were written come back the same.
+pub(crate) fn unit_normal(normal: DVec3) -> [f32; 3] {
+    let rounded = normal.as_vec3().to_array();
+    let square = DVec3::from(rounded.map(f64::from)).length_squared();
+    if (square - 1.0).abs() < 4e-7 { rounded } else { normal.normalize_or_zero().as_vec3().to_array() }
+}
+
 /// A mesh that lies further away than this many times its size gets a local origin.
 const FAR: f64 = 4.0;
 

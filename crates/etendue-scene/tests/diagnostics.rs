@@ -298,3 +298,35 @@ fn deep_nesting() {
     let text = format!("{}x = 1{}", dotted.repeat(78), "}".repeat(78));
     assert!(!read(text.as_bytes()).0);
 }
+
+#[test]
+fn lenses_that_contradict_themselves() {
+    let camera = |keys: &str| format!("[camera]\nposition = [0, 0, 1]\ndirection = [0, 0, -1]\n{keys}");
+    says(
+        &camera(
+            "focal_length = 50\nfov = 30\nlens_radius = 0.1\nf_number = 2\nfocus_distance = 1\nfocus_point = [0, 0, 0]",
+        ),
+        &[
+            "s.toml:5:1: error: `focal_length` and `fov` exclude each other; keep one of them",
+            "s.toml:7:1: error: `lens_radius` and `f_number` exclude each other; keep one of them",
+            "s.toml:9:1: error: `focus_distance` and `focus_point` exclude each other; keep one of them",
+        ],
+    );
+    says(
+        &camera("sensor = 36\nf_number = 2\nblades = 5\naperture = \"square\""),
+        &[
+            "s.toml:1:1: error: [camera] needs `focal_length` for its `sensor`",
+            "s.toml:1:1: error: [camera] needs `focal_length` for its `f_number`",
+            "s.toml:6:10: error: `blades` belongs to `polygon` (leave it out, or set `aperture` to `polygon`)",
+        ],
+    );
+    says(
+        &camera("lens_radius = 1"),
+        &["s.toml:1:1: error: [camera] needs `focus_distance`, `focus_point` or `focus_object` for its lens, \
+           or `look_at` instead of `direction`"],
+    );
+    says(
+        "[camera]\ntype = \"orthographic\"\nposition = [0, 0, 1]\ndirection = [0, 0, -1]\nheight = 1\nblades = 5\n",
+        &["s.toml:6:1: error: `blades` is not a key of type `orthographic`; it belongs to `perspective`"],
+    );
+}

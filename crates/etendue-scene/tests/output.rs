@@ -3,7 +3,7 @@
 use etendue::image::{Channel, ChannelData, Image};
 use etendue_scene::{
     image_file::{self, Limits, ReadError, decode_image, read_image},
-    output::{EncodeError, Format, Metadata, Window, WriteError, atomic, exr, pfm, png, write_image},
+    output::{EncodeError, Format, Metadata, Window, WriteError, atomic, exr, hdr, pfm, png, write_image},
 };
 use proptest::prelude::*;
 use std::{
@@ -35,6 +35,12 @@ fn picture() -> Image {
     }
 }
 
+fn opaque() -> Image {
+    let mut image = picture();
+    image.channels.retain(|channel| channel.name != "A");
+    image
+}
+
 fn metadata() -> Metadata {
     Metadata { software: "Etendue test".to_owned(), ..Metadata::default() }
         .with("seed", u64::MAX)
@@ -62,7 +68,7 @@ fn png_bytes() -> &'static [u8] {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     BYTES.get_or_init(|| {
         let mut bytes = Vec::new();
-        png::write(&mut bytes, &picture(), &metadata(), &linear_to_byte).unwrap();
+        png::write(&mut bytes, &opaque(), &metadata(), &linear_to_byte).unwrap();
         bytes
     })
 }
@@ -104,13 +110,83 @@ fn png_decodes_to_within_half_a_step_and_names_its_colour_space() {
     let image = decode_image(Path::new("x.png"), bytes, &Limits::default()).unwrap();
     let names: Vec<&str> = image.channels.iter().map(|c| &c.name[..]).collect();
     assert_eq!((image.width, image.height, names), (37, 21, vec!["R", "G", "B"]));
-    let (written, read) = (picture(), image);
+    let (written, read) = (opaque(), image);
     for name in ["R", "G", "B"] {
         for (&w, &r) in written.f32_channel(name).unwrap().iter().zip(read.f32_channel(name).unwrap()) {
             // Half an 8 bit step is largest at white: 1.055 * 2.4 ... / 255 / 2 < 0.0047.
             assert!((w.min(1.0) - r).abs() < 0.0047, "{name}: {w} {r}");
             assert_eq!(linear_to_byte([w; 3]), linear_to_byte([r; 3]));
         }
+    }
+}
+
+#[test]
+fn png_has_straight_alpha_where_the_picture_has_alpha() {
+    let channel = |name: &str, data: [f32; 6]| Channel { name: name.to_owned(), data: ChannelData::F32(data.to_vec()) };
+    let (red, alpha) = ([0.5, 0.25, 3.0, 1.0, 0.1, 0.1], [1.0, 0.5, 0.5, 0.0, f32::NAN, 1.5]);
+    let channels = vec![channel("R", red), channel("G", red), channel("B", [0.0; 6]), channel("A", alpha)];
+    let mut bytes = Vec::new();
+    png::write(&mut bytes, &Image { width: 3, height: 2, channels }, &metadata(), &linear_to_byte).unwrap();
+    let stored = image_file::decode_texture(Path::new("x"), &bytes, &Limits::default()).unwrap();
+    let half = linear_to_byte([0.5; 3])[0];
+    let tenth = linear_to_byte([0.1 / 1.5; 3])[0];
+    let image_file::Samples::U8(samples) = stored.samples else { panic!() };
+    let expected = [(half, 255), (half, 128), (255, 128), (0, 0), (0, 0), (tenth, 255)];
+    assert_eq!(samples, expected.map(|(c, a)| [c, c, 0, a]).concat());
+}
+
+#[test]
+fn hdr_keeps_colour_to_an_eighth_of_a_bit() {
+    for width in [37, 7, 3] {
+        let mut written = picture();
+        // Too narrow for run lengths, too.
+        (written.width, written.height) = (width, 777 / width);
+        for channel in &mut written.channels {
+            match &mut channel.data {
+                ChannelData::F32(data) => data.truncate((width * written.height) as usize),
+                ChannelData::U32(data) => data.truncate((width * written.height) as usize),
+            }
+        }
+        let mut bytes = Vec::new();
+        let metadata = metadata().with("note", "one\n\ntwo");
+        hdr::write(&mut bytes, &written, &metadata).unwrap();
+        let read = decode_image(Path::new("x"), &bytes, &Limits::default()).unwrap();
+        assert_eq!((read.width, read.height, read.channels.len()), (width, written.height, 3));
+        let planes = |image: &Image| ["R", "G", "B"].map(|name| image.f32_channel(name).unwrap().to_vec());
+        let (w, r) = (planes(&written), planes(&read));
+        for i in 0..w[0].len() {
+            let largest = w[0][i].max(w[1][i]).max(w[2][i]);
+            for c in 0..3 {
+                assert!((w[c][i] - r[c][i]).abs() <= largest / 255.0, "{width} {i} {c}");
+            }
+        }
+        // What has been written once is kept to the bit.
+        let mut again = Vec::new();
+        hdr::write(&mut again, &read, &metadata).unwrap();
+        assert_eq!(again, bytes);
+    }
+}
+
+#[test]
+fn hdr_run_lengths_are_used_and_come_back() {
+    // Runs of every length up to 300, and differing bytes between them.
+    let mut grey = vec![];
+    for length in 1..300u32 {
+        grey.extend((0..length).map(|_| 1.0 + (length % 100) as f32 / 128.0));
+        grey.extend((0..length % 7).map(|i| 1.0 + i as f32 / 128.0));
+    }
+    let channels = ["R", "G", "B"].map(|name| Channel { name: name.to_owned(), data: ChannelData::F32(grey.clone()) });
+    for height in [1, 2] {
+        let (width, channels) = (grey.len() as u32 / height, channels.to_vec());
+        let mut image = Image { width: width.min(32_767), height, channels };
+        for channel in &mut image.channels {
+            let ChannelData::F32(data) = &mut channel.data else { panic!() };
+            data.truncate((image.width * height) as usize);
+        }
+        let mut bytes = Vec::new();
+        hdr::write(&mut bytes, &image, &Metadata::default()).unwrap();
+        assert!(bytes.len() < image.channels.len() * grey.len() / 4, "{}", bytes.len());
+        assert_eq!(decode_image(Path::new("x"), &bytes, &Limits::default()).unwrap(), image);
     }
 }
 
@@ -173,7 +249,7 @@ fn formats_go_by_the_ending() {
     assert_eq!(Format::of_path(Path::new("a/b.c.EXR")), Ok(Format::Exr));
     for bad in ["a.jpg", "png", "a.", ".png", "a"] {
         let message = Format::of_path(Path::new(bad)).unwrap_err().to_string();
-        assert!(message.contains(".png, .exr, .pfm") && message.contains(bad), "{message}");
+        assert!(message.contains(".png, .exr, .hdr, .pfm") && message.contains(bad), "{message}");
     }
 }
 
@@ -257,7 +333,7 @@ fn write_and_read_through_the_file_system() {
         let image = read_image(&path, &Limits::default()).unwrap();
         assert_eq!((image.width, image.height), (37, 21));
     }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3, "nothing else is left behind");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4, "nothing else is left behind");
     let text = folder.path().join("text.png");
     fs::write(&text, "no picture").unwrap();
     assert!(matches!(read_image(&text, &Limits::default()), Err(ReadError::UnknownFormat { .. })));

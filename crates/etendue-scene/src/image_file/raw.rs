@@ -102,7 +102,7 @@ impl RawImage {
     }
 
     /// The colour of a picture of named channels, with its premultiplied alpha made straight: `R G B` or `Y`, of the
-    /// first layer by name where they stand only in layers (`view.R`); else the only channel. `None` if it has no such.
+    /// first layer by name where colours stand only in layers (`view.R`); else the only channel. `None` if it has no such.
     pub(super) fn of_image(image: &Image) -> Option<Self> {
         let (colours, alpha) = colour_channels(image)?;
         let mut samples = Vec::with_capacity((colours.len() + usize::from(alpha.is_some())) * colours[0].len());
@@ -128,13 +128,13 @@ fn colour_channels(image: &Image) -> Option<(Vec<&[f32]>, Option<&[f32]>)> {
     let of_layer = |layer: &str| {
         let channel = |name: &str| image.f32_channel(&format!("{layer}{name}"));
         let rgb: Option<Vec<&[f32]>> = ["R", "G", "B"].into_iter().map(channel).collect();
-        let colours = rgb.or_else(|| channel("Y").map(|grey| vec![grey]))?;
-        Some((colours, channel("A")))
+        Some((rgb?, channel("A")))
     };
+    let grey = || Some((vec![image.f32_channel("Y")?], image.f32_channel("A")));
     let layers = image.channels.iter().filter_map(|c| c.name.rfind('.').map(|dot| &c.name[..=dot]));
     let only = || match &image.channels[..] {
         [only] => image.f32_channel(&only.name).map(|grey| (vec![grey], None)),
         _ => None,
     };
-    of_layer("").or_else(|| layers.into_iter().find_map(of_layer)).or_else(only)
+    of_layer("").or_else(grey).or_else(|| layers.into_iter().find_map(of_layer)).or_else(only)
 }

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
-    positions::LARGEST,
+    positions::{LARGEST, unit_normal},
     text::{Cursor, NumberError, Tally, joined, pieces::Piece, shown},
 };
 use glam::DVec3;
@@ -436,8 +436,7 @@ impl<'a> Parser<'a> {
                 break;
             }
         }
-        let unit = DVec3::from(normal.map(f64::from)).normalize_or_zero();
-        self.out.normals.push(unit.as_vec3().to_array());
+        self.out.normals.push(unit_normal(DVec3::from(normal.map(f64::from))));
     }
 
     fn bad_number(&mut self, error: NumberError, what: &str) {

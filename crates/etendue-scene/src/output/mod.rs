@@ -1,8 +1,9 @@
-//! Pictures out: PNG, OpenEXR and PFM files, written whole or not at all, and what is computed on them.
+//! Pictures out: PNG, OpenEXR, Radiance HDR and PFM files, written whole or not at all, and what is computed on them.
 
 pub mod atomic;
 pub mod exr;
 pub mod hash;
+pub mod hdr;
 pub mod heat;
 pub mod metric;
 pub mod pfm;
@@ -16,23 +17,26 @@ use std::{fmt, path::Path};
 /// The picture formats that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
-    /// 8 bit sRGB after exposure and tone curve; `R G B` only.
+    /// 8 bit sRGB after exposure and tone curve; `R G B`, and `A` where there is one.
     Png,
     /// Linear 32 bit floats and ids, every channel, with metadata.
     Exr,
+    /// Radiance RGBE: linear, 8 bits and a shared exponent, `R G B` only.
+    Hdr,
     /// Linear 32 bit floats, `R G B` only, no metadata.
     Pfm,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 3] = [Self::Png, Self::Exr, Self::Pfm];
+    pub const ALL: [Self; 4] = [Self::Png, Self::Exr, Self::Hdr, Self::Pfm];
 
     /// The ending of its files, without the dot.
     pub const fn ending(self) -> &'static str {
         match self {
             Self::Png => "png",
             Self::Exr => "exr",
+            Self::Hdr => "hdr",
             Self::Pfm => "pfm",
         }
     }
@@ -113,6 +117,7 @@ pub fn write_image(
     atomic::write(path, |file| match format {
         Format::Png => png::write(file, image, metadata, encode),
         Format::Exr => exr::write(file, image, metadata),
+        Format::Hdr => hdr::write(file, image, metadata),
         Format::Pfm => pfm::write(file, image),
     })
 }

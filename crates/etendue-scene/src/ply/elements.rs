@@ -7,7 +7,7 @@ use super::{
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     indexed::{Indexed, Repair},
-    positions::usable,
+    positions::{unit_normal, usable},
     text::{Tally, counted, shown, tally::Finding},
 };
 use glam::DVec3;
@@ -290,7 +290,7 @@ impl<V: Values> Reader<'_, V> {
         }
         content.mesh.positions.push(position);
         if let Some(normals) = &mut content.mesh.normals {
-            normals.push(DVec3::new(nx, ny, nz).normalize_or_zero().as_vec3().to_array());
+            normals.push(unit_normal(DVec3::new(nx, ny, nz)));
         }
         if let Some(uvs) = &mut content.mesh.uvs {
             let mut uv = [u as f32, v as f32];

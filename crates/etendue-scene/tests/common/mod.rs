@@ -76,3 +76,10 @@ pub fn check(result: &Result<MeshFile, Diagnostics>) {
         assert!(m.validate().is_ok());
     }
 }
+
+/// Reads OBJ text that has nothing wrong.
+pub fn obj_with(text: &str) -> MeshFile {
+    let result = read_obj(text.as_bytes(), b"");
+    check(&result);
+    result.unwrap_or_else(|found| panic!("{found:?}"))
+}
