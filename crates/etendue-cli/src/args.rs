@@ -1,5 +1,7 @@
 //! The command line.
 
+mod model;
+
 use clap::{Args, Parser, Subcommand, builder::TypedValueParser, value_parser};
 use etendue::{
     film::Aov,
@@ -10,6 +12,7 @@ use etendue::{
 };
 use etendue_accel::{AcceleratorKind, Isa};
 use etendue_scene::output::metric::Metric;
+pub use model::{ModelArgs, SceneArgs};
 use std::{path::PathBuf, str::FromStr};
 
 /// Physically based Monte Carlo rendering on the CPU
@@ -33,8 +36,10 @@ Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write,
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Render a scene into picture files
+    /// Render a scene or a model into picture files
     Render(Box<RenderArgs>),
+    /// Write the automatic scene of a model, for editing
+    Scene(SceneArgs),
     /// Measure how far a picture is from a reference
     Diff(DiffArgs),
 }
@@ -56,7 +61,7 @@ stops after the tiles in work and writes what there is; a second one stops at on
 #[derive(Debug, Args)]
 #[command(before_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
-    /// Scene file (.toml)
+    /// Scene file (.toml), or a model (.obj, .ply, .stl, .off, also .gz)
     pub input: PathBuf,
 
     /// Picture to write, .png, .exr, .hdr or .pfm; repeat for several [default: NAME.png and NAME.exr in the working directory]
@@ -131,6 +136,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME", value_parser = names(&Isa::ALL, Isa::name))]
     pub isa: Option<Isa>,
 
+    /// How a model without a scene file is shown.
+    #[command(flatten)]
+    pub look: ModelArgs,
+
     /// Print one JSON object on standard output at the end
     #[arg(long)]
     pub json: bool,
@@ -148,13 +157,17 @@ const DIFF_EXAMPLES: &str = "\
 Examples:
   etendue diff a.exr reference.exr
   etendue diff a.exr reference.exr --metric mae -o heat.png
+  etendue diff a.png reference.png --metric flip -o heat.png
   etendue diff a.exr reference.exr --fail-above 1e-3 --json
 
 relmse is the mean over pixels and channels of (a-b)^2 / (b^2 + 0.01), mse of (a-b)^2, mae of
 |a-b|; b is the reference. Colour is compared where both have it, otherwise the channels of
 floats that both have. PNG, JPEG and other 8 and 16 bit files are decoded to linear values
-first. Pixels that are not finite
-in either are counted, and left out of the mean.";
+first. Pixels that are not finite in either are counted, and left out of the mean.
+
+flip is what an observer sees who flips between the two (Andersson et al. 2020), from 0 to 1,
+at 67 pixels a degree; where the reference is a file of floats (.exr, .hdr, .pfm) it becomes
+hdr-flip, the largest over the exposures that the reference needs (Andersson et al. 2021).";
 
 /// Arguments of `etendue diff`.
 #[derive(Debug, Args)]

@@ -47,17 +47,24 @@ pub struct Failure {
     pub exit: Exit,
     /// What went wrong, for people; empty if it has been said.
     pub message: String,
+    /// What to do about it.
+    pub hint: Option<String>,
 }
 
 impl Failure {
     /// A failure with a message.
     pub fn new(exit: Exit, message: impl ToString) -> Self {
-        Self { exit, message: message.to_string() }
+        Self { exit, message: message.to_string(), hint: None }
+    }
+
+    /// With what to do about it.
+    pub fn hint(self, hint: impl Into<String>) -> Self {
+        Self { hint: Some(hint.into()), ..self }
     }
 
     /// A failure that has been reported in full.
     pub fn reported(exit: Exit) -> Self {
-        Self { exit, message: String::new() }
+        Self { exit, message: String::new(), hint: None }
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::{
     args::RenderArgs,
     exit::{Exit, Failure},
-    report,
+    model, report,
 };
 use etendue::{
     camera::CameraSettings,
@@ -14,9 +14,10 @@ use etendue::{
 };
 use etendue_accel::Isa;
 use etendue_scene::{
-    Diagnostics, Input, Limits, ReadError, SourceMap, build, description::SceneDescription, read_scene,
+    Diagnostics, Input, Limits, ReadError, SourceMap, build_with, description::SceneDescription, mesh_file::MeshFile,
+    read_scene, read_toml,
 };
-use std::thread;
+use std::{collections::BTreeMap, path::Path, thread};
 
 /// Everything that a render needs.
 pub struct Job {
@@ -46,24 +47,51 @@ pub struct Loaded {
     isa: Isa,
 }
 
-/// Reads the scene file and all that it names; reports what was found.
+/// Reads the scene file, or the model, and all that it names; reports what was found.
 pub fn load(args: &RenderArgs) -> Result<Loaded, Failure> {
     let isa = choose_isa(args.isa)?;
     let limits = Limits::default();
     let mut sources = SourceMap::new();
-    let (description, found) = read_scene(&args.input, &mut sources, &limits).map_err(|e| match e {
-        ReadError::Unsupported { .. } => Failure::new(Exit::Unsupported, e),
-        ReadError::Source(_) => Failure::new(Exit::BadInput, e),
-    })?;
-    tell(&found, &sources, args.quiet);
-    let mut description = description.ok_or(Failure::reported(Exit::of(&found)))?;
+    let mut meshes = BTreeMap::new();
+    let mut description = if model::is_model(&args.input) {
+        let mesh = model::read(&args.input, &mut sources, &limits)?;
+        let description = automatic_scene(args, &mesh, &mut sources)?;
+        meshes.insert(args.input.clone(), mesh);
+        description
+    } else {
+        scene_file(args, &mut sources, &limits)?
+    };
     override_description(&mut description, args);
-    let input = build(&description, &mut sources, &limits).map_err(|found| {
+    let input = build_with(&description, &mut sources, &limits, meshes).map_err(|found| {
         report::diagnostics(&found, &sources);
         Failure::reported(Exit::of(&found))
     })?;
     tell(&input.findings, &sources, args.quiet);
     Ok(Loaded { input, isa })
+}
+
+fn scene_file(args: &RenderArgs, sources: &mut SourceMap, limits: &Limits) -> Result<SceneDescription, Failure> {
+    let (description, found) = read_scene(&args.input, sources, limits).map_err(|e| match e {
+        ReadError::Unsupported { .. } => Failure::new(Exit::Unsupported, e),
+        ReadError::Source(_) => Failure::new(Exit::BadInput, e),
+    })?;
+    if let Some(option) = args.look.first_given() {
+        let message = format!("{option} is for models without a scene file, but {} is one", args.input.display());
+        return Err(Failure::new(Exit::Usage, message).hint("edit the scene file instead, or give the model itself"));
+    }
+    tell(&found, sources, args.quiet);
+    description.ok_or(Failure::reported(Exit::of(&found)))
+}
+
+/// The scene of a model, read from its text as from a file.
+fn automatic_scene(args: &RenderArgs, mesh: &MeshFile, sources: &mut SourceMap) -> Result<SceneDescription, Failure> {
+    let text = model::scene_text(args.into(), mesh, None)?;
+    let name = format!("automatic scene of {}", args.input.display());
+    let bytes = text.into_bytes();
+    let file = sources.insert(name, bytes.clone()).map_err(|e| Failure::new(Exit::BadInput, e))?;
+    let (description, found) = read_toml(file, &bytes, Path::new(""));
+    tell(&found, sources, args.quiet);
+    description.ok_or(Failure::reported(Exit::of(&found)))
 }
 
 /// Errors and warnings are always told; a quiet run goes without notes.

@@ -7,6 +7,7 @@ mod diff;
 mod exit;
 mod load;
 mod manifest;
+mod model;
 mod outputs;
 mod progress;
 mod render;
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
     };
     let ended = match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Scene(args) => model::run(args),
         Command::Diff(args) => diff::run(args),
     };
     ended

@@ -24,7 +24,12 @@ pub fn result(text: &str) -> Result<(), Failure> {
 /// Says why the program ends.
 pub fn failure(failure: &Failure) {
     if !failure.message.is_empty() {
-        say(renderer().render(&[Group::with_title(Level::ERROR.primary_title(&failure.message))]));
+        let group = Group::with_title(Level::ERROR.primary_title(&failure.message));
+        let group = match &failure.hint {
+            Some(hint) => group.element(Level::HELP.message(hint)),
+            None => group,
+        };
+        say(renderer().render(&[group]));
     }
 }
 

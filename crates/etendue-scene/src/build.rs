@@ -9,6 +9,7 @@ use crate::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap,
     description::{Located, ObjectRecord, SceneDescription, ShapeRecord, Step},
     geometry,
+    mesh_file::MeshFile,
 };
 use etendue::{
     camera::CameraSettings,
@@ -60,13 +61,13 @@ pub struct Input {
     pub findings: Diagnostics,
 }
 
-/// SHA-256 over the files of a source map in the order of reading: of each its length (8 bytes, little-endian) and bytes.
+/// SHA-256 over the files of a source map in the order of reading: of each its length (8 bytes, little-endian) and its
+/// [digest](SourceMap::digest).
 pub fn scene_hash(sources: &SourceMap) -> [u8; 32] {
     let mut hash = Sha256::new();
     for id in sources.ids() {
-        let bytes = sources.bytes(id);
-        hash.update((bytes.len() as u64).to_le_bytes());
-        hash.update(&bytes[..]);
+        hash.update((sources.length(id) as u64).to_le_bytes());
+        hash.update(sources.digest(id));
     }
     hash.finalize().into()
 }
@@ -77,7 +78,20 @@ pub fn scene_hash(sources: &SourceMap) -> [u8; 32] {
 /// # Errors
 /// All findings, if there is an error among them: files that cannot be read, unknown names, limits that are passed.
 pub fn build(description: &SceneDescription, sources: &mut SourceMap, limits: &Limits) -> Result<Input, Diagnostics> {
-    let mut builder = Builder::new(description, sources, limits);
+    build_with(description, sources, limits, BTreeMap::new())
+}
+
+/// [`build`], with mesh files that have been read from `sources` already, by their paths.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with(
+    description: &SceneDescription,
+    sources: &mut SourceMap,
+    limits: &Limits,
+    loaded: BTreeMap<PathBuf, MeshFile>,
+) -> Result<Input, Diagnostics> {
+    let mut builder = Builder::new(description, sources, limits, loaded);
     for (number, object) in description.objects.iter().enumerate() {
         builder.place(number, object);
     }
@@ -130,11 +144,16 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(description: &'a SceneDescription, sources: &'a mut SourceMap, limits: &'a Limits) -> Self {
+    fn new(
+        description: &'a SceneDescription,
+        sources: &'a mut SourceMap,
+        limits: &'a Limits,
+        loaded: BTreeMap<PathBuf, MeshFile>,
+    ) -> Self {
         let materials = &description.materials;
         let mut builder = Self {
             parts: SceneParts::default(),
-            loader: Loader::new(description, sources, limits),
+            loader: Loader::new(description, sources, limits, loaded),
             materials: materials.iter().enumerate().map(|(i, m)| (m.material.name.as_str(), i)).collect(),
             default_material: None,
             shared: BTreeMap::new(),

@@ -184,10 +184,10 @@ fn rebuild(mesh: &mut Mesh, shared: &[u32], normals: &[[f32; 3]]) {
     mesh.indices = new.as_chunks().0.iter().copied().collect();
     drop(new);
     let triples = unifier.into_triples();
-    let vertex = |triple: &crate::obj::unifier::Triple| triple.position as usize;
-    mesh.normals = Some(triples.iter().map(|triple| normals[triple.shading as usize]).collect());
-    mesh.uvs = mesh.uvs.as_ref().map(|uvs| triples.iter().map(|triple| uvs[vertex(triple)]).collect());
-    mesh.positions = triples.iter().map(|triple| mesh.positions[vertex(triple)]).collect();
+    let vertices = || triples.positions.iter().map(|&vertex| vertex as usize);
+    mesh.normals = Some(triples.shadings().map(|normal| normals[normal as usize]).collect());
+    mesh.uvs = mesh.uvs.as_ref().map(|uvs| vertices().map(|vertex| uvs[vertex]).collect());
+    mesh.positions = vertices().map(|vertex| mesh.positions[vertex]).collect();
 }
 
 #[cfg(test)]

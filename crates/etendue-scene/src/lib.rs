@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod build;
+mod content;
 mod crease;
 pub mod description;
 pub mod diagnostic;
@@ -14,6 +15,7 @@ mod indexed;
 mod limits;
 pub mod mesh_file;
 pub mod mesh_output;
+pub mod model_scene;
 pub mod mtl;
 mod not_yet;
 pub mod obj;
@@ -28,8 +30,9 @@ pub mod stl;
 mod text;
 pub mod value;
 mod weld;
+mod write_toml;
 
-pub use build::{Input, build, scene_hash};
+pub use build::{Input, build, build_with, scene_hash};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use limits::Limits;
 pub use not_yet::not_read_yet;

@@ -2,7 +2,7 @@
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Origin, SourceError, SourceMap, Span, description::TextureRecord,
-    find_file::find_file, gzip, not_read_yet, obj, off, ply, stl,
+    find_file::find_file, gzip, not_read_yet, obj, off, ply, stl, text::pieces::PIECE_BYTES,
 };
 use etendue::{
     material::{Material, Scattering},
@@ -133,6 +133,19 @@ impl Default for MeshLimits {
     }
 }
 
+/// An OBJ file of this size or more stays on disk, and is read from there in pieces.
+const LARGE: u64 = 16 << 20;
+
+/// Adds a mesh file to a source map, for [`read`]: its bytes, or the open file if it is large and its format can be read in
+/// pieces.
+///
+/// # Errors
+/// Whatever keeps it from being read; more than [`MeshLimits::file`] bytes.
+pub fn open(sources: &mut SourceMap, path: &Path, limits: &MeshLimits) -> Result<FileId, SourceError> {
+    let disk_from = if MeshFormat::of_path(path) == Some(MeshFormat::Obj) { LARGE } else { u64::MAX };
+    sources.open(path, limits.file, disk_from)
+}
+
 /// Reads a mesh file that is in the source map, gzipped or not; its format comes from its path. Material libraries are
 /// looked for beside it and added to the source map. A gzipped file is added once more, decompressed, since places in
 /// messages are places in that.
@@ -147,7 +160,13 @@ pub fn read(sources: &mut SourceMap, file: FileId, limits: &MeshLimits) -> Resul
         found.push(unknown_kind(&path).at(Span::new(file, 0..0)));
         return Err(found);
     };
+    let folder = path.parent().unwrap_or(Path::new(""));
     let mut file = file;
+    let content = sources.content(file);
+    if format == MeshFormat::Obj && !gzip::is_gzip(&content.shown(0..content.len().min(2))) {
+        let open = &mut |name: &str| open_library(sources, folder, name, limits.library);
+        return obj::read_content(&content, PIECE_BYTES, file, open);
+    }
     let mut bytes = sources.bytes(file);
     if gzip::is_gzip(&bytes) {
         let plain = gzip::decompress(&bytes, limits.file).map_err(|error| fatal(&error.to_string(), file))?;
@@ -156,12 +175,9 @@ pub fn read(sources: &mut SourceMap, file: FileId, limits: &MeshLimits) -> Resul
     }
     match format {
         MeshFormat::Ply => ply::read(&bytes, file),
+        MeshFormat::Obj => obj::read(bytes, file, &mut |name| open_library(sources, folder, name, limits.library)),
         MeshFormat::Stl => stl::read(&bytes, file),
         MeshFormat::Off => off::read(&bytes, file),
-        MeshFormat::Obj => {
-            let folder = path.parent().unwrap_or(Path::new(""));
-            obj::read(&bytes, file, &mut |name| open_library(sources, folder, name, limits.library))
-        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The files that a scene was read from, and places in them.
 
+use crate::content::{Content, DiskFile};
 use std::{
     fs::File,
     io::{self, Read},
@@ -160,47 +161,120 @@ const EXCERPT_AFTER: usize = 160;
 #[derive(Debug)]
 struct SourceFile {
     path: PathBuf,
-    bytes: Arc<Vec<u8>>,
-    /// Line feeds before each block of `BLOCK` bytes, made when a place is first asked for.
-    lines_before: OnceLock<Vec<usize>>,
+    content: Content,
+    /// For each block of `BLOCK` bytes, made when a place is first asked for.
+    lines: OnceLock<Vec<LinesBefore>>,
+}
+
+/// What lies before a block.
+#[derive(Clone, Copy, Debug, Default)]
+struct LinesBefore {
+    /// Line feeds.
+    count: usize,
+    /// Where the line begins that the block begins in.
+    start: usize,
 }
 
 fn line_feeds(bytes: &[u8]) -> usize {
     bytes.iter().filter(|&&b| b == b'\n').count()
 }
 
+/// Bytes before a place in which characters are counted; farther from the start of a line a byte counts as a column.
+const COUNTED: usize = 1 << 20;
+
 impl SourceFile {
-    fn line_number(&self, offset: usize) -> usize {
-        let blocks = self.lines_before.get_or_init(|| {
-            let sums = self.bytes.chunks(BLOCK).scan(0, |sum, block| {
-                *sum += line_feeds(block);
-                Some(*sum)
-            });
-            std::iter::once(0).chain(sums).collect()
+    fn new(path: PathBuf, content: Content) -> Self {
+        Self { path, content, lines: OnceLock::new() }
+    }
+
+    fn lines_before(&self, block: usize) -> LinesBefore {
+        let table = self.lines.get_or_init(|| {
+            let mut before = LinesBefore::default();
+            let mut table = vec![before];
+            let mut offset = 0;
+            for bytes in self.content.blocks(BLOCK) {
+                before.count += line_feeds(&bytes);
+                if let Some(last) = bytes.iter().rposition(|&b| b == b'\n') {
+                    before.start = offset + last + 1;
+                }
+                offset += bytes.len();
+                table.push(before);
+            }
+            table
         });
+        table[block]
+    }
+
+    /// After a byte order mark.
+    fn text_start(&self) -> usize {
+        let first = self.content.shown(0..self.content.len().min(3));
+        if *first == *b"\xef\xbb\xbf" { 3 } else { 0 }
+    }
+
+    /// Where the line of `offset` begins, a byte order mark left out, and its number.
+    fn line_start(&self, offset: usize) -> (usize, usize) {
         let block = offset / BLOCK;
-        blocks[block] + line_feeds(&self.bytes[block * BLOCK..offset]) + 1
+        let before = self.lines_before(block);
+        let bytes = self.content.shown(block * BLOCK..offset);
+        let start = bytes.iter().rposition(|&b| b == b'\n').map_or(before.start, |i| block * BLOCK + i + 1);
+        (start.max(self.text_start()), before.count + line_feeds(&bytes) + 1)
     }
 
-    /// The bytes of the line that holds `offset`, without its end and without a byte order mark.
-    fn line_range(&self, offset: usize) -> Range<usize> {
-        let bytes = &self.bytes[..];
-        let mut start = bytes[..offset].iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
-        let mut end = bytes[offset..].iter().position(|&b| b == b'\n').map_or(bytes.len(), |i| offset + i);
-        if end > start && bytes[end - 1] == b'\r' {
-            end -= 1;
-        }
-        if start == 0 && bytes.starts_with(b"\xef\xbb\xbf") && end >= 3 {
-            start = 3;
-        }
-        start..end
+    fn position(&self, offset: usize) -> Position {
+        let (start, line) = self.line_start(offset);
+        let offset = offset.max(start);
+        let counted = start.max(offset.saturating_sub(COUNTED));
+        let characters = String::from_utf8_lossy(&self.content.shown(counted..offset)).chars().count();
+        Position { line, column: counted - start + characters + 1 }
     }
 
-    /// Moves `offset` back to the start of a UTF-8 character, at most three bytes.
-    fn character_start(&self, offset: usize, lowest: usize) -> usize {
-        let is_start = |i: usize| self.bytes.get(i).is_none_or(|b| b & 0xc0 != 0x80);
-        (offset.saturating_sub(3).max(lowest)..=offset).rev().find(|&i| is_start(i)).unwrap_or(offset)
+    /// What an excerpt about `offset` can show: the bytes from `start` to the end of the line, at most `EXCERPT_BEFORE` before
+    /// `offset` and `EXCERPT_AFTER` from it on, on borders of characters.
+    fn window(&self, offset: usize) -> Window {
+        let (line_start, _) = self.line_start(offset);
+        let offset = offset.max(line_start);
+        let start = offset.saturating_sub(EXCERPT_BEFORE).max(line_start);
+        // Beyond the excerpt: a byte to see whether it is cut, and the rest of a character and of a line's end.
+        let length = self.content.len();
+        let mut bytes = self.content.shown(start..(offset + EXCERPT_AFTER + 2).min(length)).into_owned();
+        let line_end = bytes[offset - start..].iter().position(|&b| b == b'\n').map(|i| offset - start + i);
+        let cut_after = line_end.is_none() && start + bytes.len() < length;
+        if let Some(end) = line_end {
+            bytes.truncate(end);
+            if bytes.last() == Some(&b'\r') {
+                bytes.pop();
+            }
+        }
+        let limit = offset - start + EXCERPT_AFTER;
+        let mut cut = cut_after;
+        if bytes.len() > limit {
+            bytes.truncate(character_start(&bytes, limit));
+            cut = true;
+        }
+        let first = if start > line_start { leading_continuation(&bytes) } else { 0 };
+        bytes.drain(..first);
+        Window { start: start + first, bytes, cut_before: start > line_start, cut_after: cut }
     }
+}
+
+/// Bytes about a place, within one line.
+struct Window {
+    start: usize,
+    bytes: Vec<u8>,
+    cut_before: bool,
+    cut_after: bool,
+}
+
+/// Moves `at` back to the start of a UTF-8 character, at most three bytes.
+fn character_start(bytes: &[u8], at: usize) -> usize {
+    let is_start = |i: usize| bytes.get(i).is_none_or(|b| b & 0xc0 != 0x80);
+    (at.saturating_sub(3)..=at).rev().find(|&i| is_start(i)).unwrap_or(at)
+}
+
+/// Bytes at the start that continue a UTF-8 character which began before, at most three.
+fn leading_continuation(bytes: &[u8]) -> usize {
+    let count = bytes.iter().take_while(|b| **b & 0xc0 == 0x80).count();
+    if count > 3 { 0 } else { count }
 }
 
 /// All files that were read, by id, in the order of reading.
@@ -217,8 +291,12 @@ impl SourceMap {
 
     /// Adds bytes that were read elsewhere (standard input, an archive, a test) under a name.
     pub fn insert(&mut self, path: impl Into<PathBuf>, bytes: Vec<u8>) -> Result<FileId, SourceError> {
+        self.add(path.into(), Content::Bytes(Arc::new(bytes)))
+    }
+
+    fn add(&mut self, path: PathBuf, content: Content) -> Result<FileId, SourceError> {
         let id = u32::try_from(self.files.len()).map_err(|_| SourceError::TooManyFiles)?;
-        self.files.push(SourceFile { path: path.into(), bytes: Arc::new(bytes), lines_before: OnceLock::new() });
+        self.files.push(SourceFile::new(path, content));
         Ok(FileId(id))
     }
 
@@ -227,6 +305,26 @@ impl SourceMap {
         match self.find(path) {
             Some(id) => Ok(id),
             None => self.insert(path, read_bytes(path, limit)?),
+        }
+    }
+
+    /// As [`SourceMap::read`], but a regular file of `disk_from` bytes or more stays on disk, open, for a reader that goes
+    /// through it in pieces. Messages about it read the lines that they show; it must not be changed meanwhile.
+    pub fn open(&mut self, path: &Path, limit: u64, disk_from: u64) -> Result<FileId, SourceError> {
+        if let Some(id) = self.find(path) {
+            return Ok(id);
+        }
+        let metadata = std::fs::metadata(path).map_err(|error| SourceError::from_io(path, error))?;
+        if !cfg!(any(unix, windows)) || !metadata.is_file() || metadata.len() < disk_from {
+            return self.read(path, limit);
+        }
+        let file = File::open(path).map_err(|error| SourceError::from_io(path, error))?;
+        let length = file.metadata().map_err(|error| SourceError::from_io(path, error))?.len();
+        match usize::try_from(length) {
+            Ok(length) if length as u64 <= limit => {
+                self.add(path.to_owned(), Content::Disk(Arc::new(DiskFile::new(file, length))))
+            }
+            _ => Err(SourceError::TooLarge { path: path.to_owned(), limit }),
         }
     }
 
@@ -249,39 +347,53 @@ impl SourceMap {
         &self.file(id).path
     }
 
-    /// The bytes, shared.
+    /// The bytes, shared if they are in memory. Those of a file that was left on disk are read, and what cannot be read is
+    /// zeros.
     pub fn bytes(&self, id: FileId) -> Arc<Vec<u8>> {
-        self.file(id).bytes.clone()
+        match self.content(id) {
+            Content::Bytes(bytes) => bytes,
+            disk => Arc::new(disk.shown(0..disk.len()).into_owned()),
+        }
+    }
+
+    pub(crate) fn content(&self, id: FileId) -> Content {
+        self.file(id).content.clone()
+    }
+
+    /// Length of a file in bytes.
+    pub fn length(&self, id: FileId) -> usize {
+        self.file(id).content.len()
+    }
+
+    /// SHA-256 over the SHA-256 digests of a file's blocks of 4 MiB (the last is shorter), so that blocks can be hashed as
+    /// they are read, in any order.
+    pub fn digest(&self, id: FileId) -> [u8; 32] {
+        self.file(id).content.digest()
     }
 
     /// Line and column of a span's start; an offset beyond the file counts as its end.
     pub fn position(&self, span: Span) -> Position {
         let file = self.file(span.file);
-        let offset = span.start.min(file.bytes.len());
-        let start = file.line_range(offset).start.min(offset);
-        let column = String::from_utf8_lossy(&file.bytes[start..offset]).chars().count() + 1;
-        Position { line: file.line_number(offset), column }
+        file.position(span.start.min(file.content.len()))
     }
 
     /// The source line of a span's start, for display.
     pub fn excerpt(&self, span: Span) -> Excerpt {
         let file = self.file(span.file);
-        let offset = span.start.min(file.bytes.len());
-        let line = file.line_range(offset);
+        let offset = span.start.min(file.content.len());
+        let Window { start, bytes, cut_before, cut_after } = file.window(offset);
         // An offset inside the byte order mark or the line's end is shown at the line's nearest byte.
-        let focus = offset.clamp(line.start, line.end);
-        let start = file.character_start(focus.saturating_sub(EXCERPT_BEFORE).max(line.start), line.start);
-        let end = file.character_start(focus.saturating_add(EXCERPT_AFTER).min(line.end), focus);
-        let lossy = |range: Range<usize>| String::from_utf8_lossy(&file.bytes[range]).into_owned();
-        let marked_end = span.end.clamp(focus, end);
-        let (before, marked) = (lossy(start..focus), lossy(focus..marked_end));
+        let focus = offset.saturating_sub(start).min(bytes.len());
+        let marked_end = span.end.saturating_sub(start).clamp(focus, bytes.len());
+        let lossy = |range: Range<usize>| String::from_utf8_lossy(&bytes[range]).into_owned();
+        let (before, marked) = (lossy(0..focus), lossy(focus..marked_end));
         let highlight = before.len()..before.len() + marked.len();
         Excerpt {
-            position: self.position(span),
-            text: before + &marked + &lossy(marked_end..end),
+            position: file.position(offset),
+            text: before + &marked + &lossy(marked_end..bytes.len()),
             highlight,
-            cut_before: start > line.start,
-            cut_after: end < line.end,
+            cut_before,
+            cut_after,
         }
     }
 }
@@ -364,5 +476,31 @@ mod tests {
         std::fs::write(&path, b"changed").unwrap();
         assert_eq!(map.read(&path, 10).unwrap(), id);
         assert_eq!(*map.bytes(id), b"0123456789");
+    }
+
+    /// Places in a file on disk are those in the same bytes in memory.
+    #[test]
+    fn files_on_disk_tell_the_same() {
+        let mut text = "\u{feff}ünïcode\r\n".repeat(3).into_bytes();
+        text.extend(b"one long line ".repeat(20_000));
+        text.extend("\nlast é\n".as_bytes());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x");
+        std::fs::write(&path, &text).unwrap();
+        let (mut disk, mut memory) = (SourceMap::new(), SourceMap::new());
+        let on_disk = disk.open(&path, 1 << 20, 1).unwrap();
+        assert!(matches!(disk.content(on_disk), Content::Disk(_)));
+        assert!(matches!(SourceMap::new().open(&path, 1000, 1), Err(SourceError::TooLarge { limit: 1000, .. })));
+        let in_memory = memory.open(&path, 1 << 20, 1 << 20).unwrap();
+        assert!(matches!(memory.content(in_memory), Content::Bytes(_)));
+        assert_eq!(*disk.bytes(on_disk), text);
+        assert_eq!((disk.length(on_disk), disk.digest(on_disk)), (text.len(), memory.digest(in_memory)));
+        for start in (0..text.len() + 2).step_by(997).chain(0..60).chain(text.len() - 20..text.len() + 2) {
+            let span = |file| Span::new(file, start..start + 5);
+            assert_eq!(disk.excerpt(span(on_disk)), memory.excerpt(span(in_memory)), "{start}");
+        }
+        // A file that was cut short meanwhile ends in an excerpt of something, not in a panic.
+        std::fs::write(&path, b"short").unwrap();
+        disk.excerpt(Span::new(on_disk, text.len() - 5..text.len()));
     }
 }

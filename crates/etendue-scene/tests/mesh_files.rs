@@ -29,7 +29,8 @@ fn describe(text: &mut String, file: &MeshFile) {
         writeln!(text, "  sphere {:?} {:?} {}", sphere.center.to_array(), sphere.radius, sphere.material).unwrap();
     }
     for named in &file.materials {
-        writeln!(text, "  material {:?}: {:?}", named.name, named.material.scattering).unwrap();
+        let defined = named.material != MeshFile::default_material(&named.name);
+        writeln!(text, "  material {:?}{}", named.name, if defined { "" } else { ", grey" }).unwrap();
     }
     for group in &file.groups {
         writeln!(text, "  group {:?} {:?} {:?}", group.object, group.group, group.faces).unwrap();

@@ -4,6 +4,7 @@ use crate::{
     math::{DVec3, Vec2, Vec3},
     sampling::warp,
 };
+use std::f64::consts::PI;
 
 /// Which side of the image the field of view spans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +14,29 @@ pub enum FovAxis {
     /// The height.
     Y,
 }
+
+/// The opening of a lens. All have the area of the round one, so they blur equally much.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Aperture {
+    /// A disk.
+    #[default]
+    Round,
+    /// A square with its sides along those of the image, then turned.
+    Square {
+        /// Radians, counter-clockwise in the image of a far light.
+        rotation: f64,
+    },
+    /// A regular polygon with a corner up, then turned: an iris of so many blades.
+    Polygon {
+        /// 3 to [`MAX_BLADES`].
+        blades: u32,
+        /// Radians, counter-clockwise in the image of a far light.
+        rotation: f64,
+    },
+}
+
+/// Most blades of an [`Aperture::Polygon`].
+pub const MAX_BLADES: u32 = 64;
 
 /// How points of the image become rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +49,8 @@ pub enum Projection {
         axis: FovAxis,
         /// Radius of the round lens, metres; 0 is a pinhole.
         lens_radius: f64,
+        /// The lens's shape.
+        aperture: Aperture,
         /// Distance of the plane in focus along the view axis, metres, above 0.
         focus_distance: f64,
     },
@@ -66,6 +92,9 @@ pub enum CameraError {
     /// Lens or image plane without extent.
     #[error("{0} must be {1}")]
     Range(&'static str, &'static str),
+    /// Blades of an aperture out of range.
+    #[error("an aperture of {0} blades; it must have from 3 to {MAX_BLADES}")]
+    Blades(u32),
 }
 
 /// A ray from the camera: world space relative to the scene's centre.
@@ -92,10 +121,68 @@ pub struct Camera {
     parallel: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Lens {
-    radius: f32,
+    opening: Opening,
     focus: f32,
+}
+
+/// The points of a lens, metres along the camera's right and up.
+#[derive(Clone, Debug)]
+enum Opening {
+    Disk(f32),
+    /// Half of the edges.
+    Square(Vec2),
+    /// Corners, the first again at the end.
+    Polygon(Box<[Vec2]>),
+}
+
+impl Opening {
+    fn new(aperture: Aperture, radius: f64) -> Result<Self, CameraError> {
+        let corner = |length: f64, angle: f64| {
+            let (sin, cos) = libm::sincos(angle);
+            Vec2::new((length * cos) as f32, (length * sin) as f32)
+        };
+        let rotation = match aperture {
+            Aperture::Round => 0.0,
+            Aperture::Square { rotation } | Aperture::Polygon { rotation, .. } => rotation,
+        };
+        if !rotation.is_finite() {
+            return Err(CameraError::NotFinite);
+        }
+        Ok(match aperture {
+            Aperture::Round => Self::Disk(radius as f32),
+            Aperture::Square { .. } => Self::Square(corner(0.5 * libm::sqrt(PI) * radius, rotation)),
+            Aperture::Polygon { blades: 3..=MAX_BLADES, .. } if radius <= 0.0 => Self::Disk(radius as f32),
+            Aperture::Polygon { blades: blades @ 3..=MAX_BLADES, .. } => {
+                let step = 2.0 * PI / f64::from(blades);
+                let to_corner = radius * libm::sqrt(step / libm::sin(step));
+                let at = |i: u32| corner(to_corner, rotation + 0.5 * PI + f64::from(i % blades) * step);
+                Self::Polygon((0..=blades).map(at).collect())
+            }
+            Aperture::Polygon { blades, .. } => return Err(CameraError::Blades(blades)),
+        })
+    }
+
+    /// Uniform over the area.
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> Vec2 {
+        match self {
+            Self::Disk(radius) => warp::disk(u) * *radius,
+            Self::Square(half) => {
+                let [x, y] = u.map(|u| 2.0 * u - 1.0);
+                *half * x + half.perp() * y
+            }
+            Self::Polygon(corners) => {
+                let blades = corners.len() - 1;
+                let place = u[0] * blades as f32;
+                // Rounding may reach the number itself.
+                let blade = (place as usize).min(blades - 1);
+                let [a, b, _] = warp::triangle([(place - blade as f32).min(1.0), u[1]]);
+                corners[blade] * a + corners[blade + 1] * b
+            }
+        }
+    }
 }
 
 impl Camera {
@@ -118,8 +205,8 @@ impl Camera {
         let up = right.cross(forward);
         let [width, height] = resolution.map(f64::from);
         let (half, lens) = match s.projection {
-            Projection::Perspective { fov, axis, lens_radius, focus_distance } => {
-                if !(fov > 0.0 && fov < std::f64::consts::PI) {
+            Projection::Perspective { fov, axis, lens_radius, aperture, focus_distance } => {
+                if !(fov > 0.0 && fov < PI) {
                     return Err(CameraError::FieldOfView(fov.to_degrees()));
                 }
                 if !(lens_radius >= 0.0 && lens_radius.is_finite()) {
@@ -133,7 +220,7 @@ impl Camera {
                     FovAxis::X => [tangent, tangent * height / width],
                     FovAxis::Y => [tangent * width / height, tangent],
                 };
-                let lens = Lens { radius: lens_radius as f32, focus: focus_distance as f32 };
+                let lens = Lens { opening: Opening::new(aperture, lens_radius)?, focus: focus_distance as f32 };
                 (half, (lens_radius > 0.0).then_some(lens))
             }
             Projection::Orthographic { height: extent } => {
@@ -164,11 +251,11 @@ impl Camera {
         if self.parallel {
             return CameraRay { origin: self.origin + self.right * h + self.up * v, direction: self.forward };
         }
-        let Some(lens) = self.lens else {
+        let Some(lens) = &self.lens else {
             let direction = self.forward + self.right * h + self.up * v;
             return CameraRay { origin: self.origin, direction: direction.normalize() };
         };
-        let on_lens = warp::disk(u) * lens.radius;
+        let on_lens = lens.opening.sample(u);
         // The point in focus stays where it is; the ray starts elsewhere on the lens.
         let (dx, dy) = (h * lens.focus - on_lens.x, v * lens.focus - on_lens.y);
         let direction = self.forward * lens.focus + self.right * dx + self.up * dy;

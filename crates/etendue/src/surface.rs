@@ -70,7 +70,7 @@ pub(crate) fn surface_point(placement: &Placement, ray: &Ray, hit: &Hit) -> Surf
         geometric_normal: world.geometric_normal,
         shading_normal: world.shading_normal,
         material: placement.material(primitive),
-        light: placement.light(primitive),
+        light: placement.light(hit),
         id: hit.id,
     }
 }
@@ -99,13 +99,19 @@ impl Chart {
 /// Texture coordinates of a hit.
 #[inline]
 pub(crate) fn texture_coordinates(placement: &Placement, point: &SurfacePoint, hit: &Hit) -> Vec2 {
+    texture_coordinates_at(placement, hit.id.primitive, [hit.u, hit.v], point.position)
+}
+
+/// Texture coordinates at weights of a triangle's second and third vertex, or at a point of a sphere, world space.
+#[inline]
+pub(crate) fn texture_coordinates_at(placement: &Placement, face: u32, [u, v]: [f32; 2], position: Vec3) -> Vec2 {
     match &placement.primitives {
-        Primitives::Mesh(mesh) => match mesh.corner_uvs(hit.id.primitive) {
-            None => vec2(hit.u, hit.v),
-            Some([a, b, c]) => a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v,
-        },
+        Primitives::Mesh(mesh) => {
+            let [a, b, c] = mesh.corner_uvs(face).unwrap_or([Vec2::ZERO, Vec2::X, Vec2::Y]);
+            a * (1.0 - u - v) + b * u + c * v
+        }
         Primitives::Sphere { center, radius } => {
-            let d = (on_sphere(placement, point) - *center) / *radius;
+            let d = (on_sphere(placement, position) - *center) / *radius;
             let longitude = atan2(-d.z, d.x) * (0.5 / PI);
             vec2(if longitude < 0.0 { longitude + 1.0 } else { longitude }, acos(-d.y.clamp(-1.0, 1.0)) / PI)
         }
@@ -114,10 +120,10 @@ pub(crate) fn texture_coordinates(placement: &Placement, point: &SurfacePoint, h
 
 /// A sphere's point in the sphere's own space.
 #[inline]
-fn on_sphere(placement: &Placement, point: &SurfacePoint) -> Vec3 {
+fn on_sphere(placement: &Placement, position: Vec3) -> Vec3 {
     match &placement.transform {
-        None => point.position,
-        Some(t) => Vec3::from(t.point_to_object(point.position.into())),
+        None => position,
+        Some(t) => Vec3::from(t.point_to_object(position.into())),
     }
 }
 
@@ -126,7 +132,7 @@ pub(crate) fn chart(placement: &Placement, point: &SurfacePoint, hit: &Hit) -> C
     let (dpdu, dpdv) = match &placement.primitives {
         Primitives::Mesh(mesh) => mesh.tangents(hit.id.primitive),
         Primitives::Sphere { center, .. } => {
-            let d = on_sphere(placement, point) - *center;
+            let d = on_sphere(placement, point.position) - *center;
             // u turns about y; v goes from the south pole to the north pole.
             let ring = vec2(d.x, d.z).length();
             let up = if ring > 0.0 { vec3(-d.x * d.y / ring, ring, -d.z * d.y / ring) } else { Vec3::ZERO };
@@ -186,7 +192,7 @@ pub(crate) struct MeshData {
 impl MeshData {
     /// Texture coordinates of a face's corners.
     #[inline]
-    fn corner_uvs(&self, face: u32) -> Option<[Vec2; 3]> {
+    pub fn corner_uvs(&self, face: u32) -> Option<[Vec2; 3]> {
         let uvs = self.uvs.as_ref()?;
         Some(self.indices[face as usize].map(|i| Vec2::from(uvs[i as usize])))
     }

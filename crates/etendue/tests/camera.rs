@@ -3,17 +3,22 @@
 #![allow(clippy::disallowed_methods, reason = "a test may use the platform's functions")]
 
 use etendue::{
-    camera::{Camera, CameraError, CameraSettings, FovAxis, Projection},
+    camera::{Aperture, Camera, CameraError, CameraSettings, FovAxis, MAX_BLADES, Projection},
     math::{DVec3, Vec3, dvec3},
 };
 use etendue_testkit::{Rng, chi2::ChiSquare};
+use std::f64::consts::{PI, TAU};
 
 fn settings(projection: Projection) -> CameraSettings {
     CameraSettings { position: dvec3(1.0, 2.0, 3.0), direction: dvec3(0.0, 0.0, -2.0), up: DVec3::Y, projection }
 }
 
 fn perspective(axis: FovAxis, lens_radius: f64) -> CameraSettings {
-    settings(Projection::Perspective { fov: 90f64.to_radians(), axis, lens_radius, focus_distance: 5.0 })
+    with_aperture(axis, lens_radius, Aperture::Round)
+}
+
+fn with_aperture(axis: FovAxis, lens_radius: f64, aperture: Aperture) -> CameraSettings {
+    settings(Projection::Perspective { fov: 90f64.to_radians(), axis, lens_radius, aperture, focus_distance: 5.0 })
 }
 
 fn make(settings: &CameraSettings) -> Camera {
@@ -64,10 +69,59 @@ fn the_lens_is_filled_evenly_and_the_focal_plane_stays() {
     let lens_point = |rng: &mut Rng| {
         let on_lens = (camera.ray(160.0, 30.0, rng.f32x2()).origin - Vec3::new(1.0, 2.0, 3.0)) / 0.25;
         let radius = f64::from(on_lens.truncate().length_squared());
-        let turn = f64::from(on_lens.y).atan2(f64::from(on_lens.x)) / std::f64::consts::TAU;
+        let turn = f64::from(on_lens.y).atan2(f64::from(on_lens.x)) / TAU;
         Some([radius.min(1.0 - 1e-9), turn.rem_euclid(1.0)])
     };
     ChiSquare::new(200_000).seed(6).square(lens_point, |_| 1.0).assert(0.01, 1, "points on the lens");
+}
+
+/// Corners of a regular polygon with the area of the unit disk, one of them at `first` radians.
+fn corners(count: u32, first: f64) -> Vec<[f64; 2]> {
+    let step = TAU / f64::from(count);
+    let radius = (step / step.sin()).sqrt();
+    (0..count).map(|i| first + f64::from(i) * step).map(|a| [radius * a.cos(), radius * a.sin()]).collect()
+}
+
+fn inside(corners: &[[f64; 2]], p: [f64; 2]) -> bool {
+    (0..corners.len()).all(|i| {
+        let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
+        (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) >= -1e-6
+    })
+}
+
+/// Apertures are filled evenly up to their edges, stand as they are told, and blur as much as the round one of their radius.
+#[test]
+fn apertures_are_filled_evenly() {
+    let turn = 0.3;
+    let polygon = |blades| Aperture::Polygon { blades, rotation: turn };
+    let cases = [
+        (Aperture::Square { rotation: 0.0 }, corners(4, TAU / 8.0)),
+        (Aperture::Square { rotation: turn }, corners(4, turn + TAU / 8.0)),
+        (polygon(3), corners(3, turn + TAU / 4.0)),
+        (polygon(6), corners(6, turn + TAU / 4.0)),
+        (polygon(7), corners(7, turn + TAU / 4.0)),
+        (polygon(MAX_BLADES), corners(MAX_BLADES, turn + TAU / 4.0)),
+    ];
+    for (seed, (aperture, corners)) in cases.iter().enumerate() {
+        let camera = make(&with_aperture(FovAxis::X, 0.25, *aperture));
+        let on_lens = |u: [f32; 2]| {
+            let p = (camera.ray(160.0, 30.0, u).origin - Vec3::new(1.0, 2.0, 3.0)) / 0.25;
+            [f64::from(p.x), f64::from(p.y)]
+        };
+        let drawn = |rng: &mut Rng| {
+            let p = on_lens(rng.f32x2());
+            assert!(inside(corners, p), "{aperture:?}: {p:?}");
+            Some(p)
+        };
+        // Constant density inside: the outcome also says that all of the area is reached.
+        let density = |p: [f64; 2]| if inside(corners, p) { 1.0 / PI } else { 0.0 };
+        let test = ChiSquare::new(150_000).seed(60 + seed as u64).cells(100);
+        test.rectangle([-1.6, 1.6], [-1.6, 1.6], drawn, density).assert(0.01, cases.len(), &format!("{aperture:?}"));
+        let last = 1.0 - f32::EPSILON / 2.0;
+        for u in [[0.0, 0.0], [last, 0.0], [0.0, last], [last, last], [last, 0.5]] {
+            assert!(inside(corners, on_lens(u)), "{aperture:?} {u:?}");
+        }
+    }
 }
 
 #[test]
@@ -77,13 +131,21 @@ fn cameras_that_cannot_be_are_refused() {
     assert_eq!(refused(&CameraSettings { direction: DVec3::ZERO, ..good }), CameraError::NoDirection);
     assert_eq!(refused(&CameraSettings { up: dvec3(0.0, 0.0, 3.0), ..good }), CameraError::UpParallel);
     assert_eq!(refused(&CameraSettings { position: dvec3(f64::NAN, 0.0, 0.0), ..good }), CameraError::NotFinite);
-    for fov in [0.0, -1.0, std::f64::consts::PI, f64::NAN] {
-        let projection = Projection::Perspective { fov, axis: FovAxis::X, lens_radius: 0.0, focus_distance: 1.0 };
+    for fov in [0.0, -1.0, PI, f64::NAN] {
+        let (axis, aperture) = (FovAxis::X, Aperture::Round);
+        let projection = Projection::Perspective { fov, axis, lens_radius: 0.0, aperture, focus_distance: 1.0 };
         assert!(matches!(refused(&settings(projection)), CameraError::FieldOfView(_)));
     }
     for (lens_radius, focus_distance) in [(-1.0, 1.0), (0.1, 0.0), (f64::INFINITY, 1.0)] {
-        let projection = Projection::Perspective { fov: 1.0, axis: FovAxis::X, lens_radius, focus_distance };
+        let (axis, aperture) = (FovAxis::X, Aperture::Round);
+        let projection = Projection::Perspective { fov: 1.0, axis, lens_radius, aperture, focus_distance };
         assert!(matches!(refused(&settings(projection)), CameraError::Range(..)));
     }
+    for blades in [0, 2, MAX_BLADES + 1, u32::MAX] {
+        let aperture = Aperture::Polygon { blades, rotation: 0.0 };
+        assert_eq!(refused(&with_aperture(FovAxis::X, 0.1, aperture)), CameraError::Blades(blades));
+    }
+    let aperture = Aperture::Square { rotation: f64::NAN };
+    assert_eq!(refused(&with_aperture(FovAxis::X, 0.1, aperture)), CameraError::NotFinite);
     assert!(matches!(refused(&settings(Projection::Orthographic { height: 0.0 })), CameraError::Range(..)));
 }

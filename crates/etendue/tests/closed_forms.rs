@@ -124,6 +124,7 @@ fn a_point_light_over_a_floor() {
         fov: 1e-3,
         axis: etendue::camera::FovAxis::X,
         lens_radius: 0.0,
+        aperture: etendue::camera::Aperture::Round,
         focus_distance: 1.0,
     };
     let exact = 0.6 / std::f64::consts::PI * 3.0 / 4.0;

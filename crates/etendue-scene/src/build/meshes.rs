@@ -62,6 +62,8 @@ pub struct Loader<'a> {
     inline: BTreeMap<&'a str, Geometry>,
     /// By path and crease angle. `None`: could not be read, which has been reported.
     files: BTreeMap<FileKey, Option<Geometry>>,
+    /// Mesh files that were read before, by path.
+    loaded: BTreeMap<PathBuf, MeshFile>,
     primitives: usize,
     textures: Textures,
     /// What was found.
@@ -69,7 +71,12 @@ pub struct Loader<'a> {
 }
 
 impl<'a> Loader<'a> {
-    pub fn new(description: &'a SceneDescription, sources: &'a mut SourceMap, limits: &'a Limits) -> Self {
+    pub fn new(
+        description: &'a SceneDescription,
+        sources: &'a mut SourceMap,
+        limits: &'a Limits,
+        loaded: BTreeMap<PathBuf, MeshFile>,
+    ) -> Self {
         Self {
             description,
             sources,
@@ -77,6 +84,7 @@ impl<'a> Loader<'a> {
             names: description.meshes.iter().map(|m| (m.name.as_str(), m)).collect(),
             inline: BTreeMap::new(),
             files: BTreeMap::new(),
+            loaded,
             primitives: 0,
             textures: Textures::default(),
             findings: Diagnostics::new(),
@@ -131,12 +139,15 @@ impl<'a> Loader<'a> {
         crease_angle: Option<f64>,
         parts: &mut SceneParts,
     ) -> Option<Geometry> {
+        if let Some(file) = self.loaded.remove(path) {
+            return self.add_file(file, path, origin, crease_angle, parts);
+        }
         if let Some(error) = unknown_ending(path, origin) {
             self.findings.push(error);
             return None;
         }
         let limits = MeshLimits { file: self.limits.file_bytes, library: self.limits.library_bytes };
-        let file = match self.sources.read(path, limits.file) {
+        let file = match mesh_file::open(self.sources, path, &limits) {
             Ok(file) => file,
             Err(error) => {
                 self.findings.push(Diagnostic::error(error.to_string()).at(origin.clone()));

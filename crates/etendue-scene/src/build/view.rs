@@ -22,6 +22,7 @@ pub fn camera(record: &CameraRecord, [width, height]: [u32; 2]) -> CameraSetting
                 FovAxis::Larger => camera::FovAxis::Y,
             },
             lens_radius: radius,
+            aperture: camera::Aperture::Round,
             focus_distance: focus.unwrap_or(match record.view {
                 View::LookAt(_) => direction.length(),
                 // The reader asks for a distance where there is a lens; for a pinhole any does.

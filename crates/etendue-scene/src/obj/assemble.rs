@@ -1,22 +1,26 @@
 //! From statements to one mesh.
 
 use super::{
+    corners::{Corners, Place},
     skipped::Skipped,
-    statements::Statements,
-    unifier::{NONE, Triple, Unifier},
+    statements::{PieceFaces, Statements},
+    unifier::{NONE, Triples, Unifier},
 };
 use crate::{
     polygon::{Cut, Triangulator, angle_at, newell},
-    positions::{localise, unit_normal},
+    positions::localise,
 };
 use etendue::scene::Mesh;
 use glam::DVec3;
-use std::ops::Range;
+use std::sync::Arc;
 
-/// How a vertex gets its normal, as the `shading` of a [`Triple`]: a tag, and a value in the lower half.
+/// How a vertex gets its normal, as the shading of a triple: a tag, and an index in the lower half.
 const FLAT_MESH: u64 = 0;
+/// Into the normals of the file.
 const FILE_NORMAL: u64 = 1 << 32;
+/// Into the sums of smoothing groups.
 const SMOOTH: u64 = 2 << 32;
+/// Into the normals of flat faces.
 const FLAT: u64 = 3 << 32;
 
 /// The mesh of a file.
@@ -29,75 +33,90 @@ pub(super) struct Assembled {
 }
 
 /// Unifies corners, makes missing normals, and cuts polygons. `material_of` maps material numbers of the file, [`NONE`]
-/// included, to those of the mesh; absent: one material.
+/// included, to those of the mesh; absent: one material. Positions, attributes and faces are taken out of the statements, and
+/// each is given back as soon as it has been used, so that file and mesh are never both in memory.
 pub(super) fn assemble(statements: &mut Statements, material_of: Option<&dyn Fn(u32) -> u32>) -> Assembled {
-    normalise(&mut statements.normals);
     let mut assembly = Assembly::new(statements);
     let mut groups = Vec::with_capacity(statements.groups.runs.len());
-    let mut face_materials = Vec::new();
-    let (mut material_run, mut smoothing_run, mut first) = (0, 0, 0);
-    if material_of.is_some() {
-        face_materials.reserve_exact(assembly.indices.capacity());
-    }
-    for face in 0..statements.faces.count() {
-        let corners = first..first + statements.faces.size(face) as usize;
-        first = corners.end;
-        if statements.groups.runs.get(groups.len()).is_some_and(|(start, _)| *start == face) {
-            groups.push(assembly.indices.len());
+    // First triangle and material.
+    let mut materials: Vec<(usize, u32)> = Vec::new();
+    let (mut smoothing_run, mut face) = (0, 0);
+    for piece in std::mem::take(&mut statements.faces) {
+        let mut place = Place::default();
+        for number in 0..piece.faces.count() {
+            let triangles = assembly.triangles();
+            if statements.groups.runs.get(groups.len()).is_some_and(|(start, _)| *start == face) {
+                groups.push(triangles);
+            }
+            if let Some(&(start, material)) = statements.materials.runs.get(materials.len())
+                && start == face
+            {
+                materials.push((triangles, material));
+            }
+            let size = piece.faces.size(number) as usize;
+            assembly.take(&piece, &mut place, size, face);
+            assembly.add(statements, face, *statements.smoothing.at(face, &mut smoothing_run));
+            face += 1;
         }
-        assembly.add(face, corners, *statements.smoothing.at(face, &mut smoothing_run));
-        if let Some(material_of) = material_of {
-            let material = material_of(*statements.materials.at(face, &mut material_run));
-            face_materials.resize(assembly.indices.len(), material);
-        }
+        assembly.end_piece();
     }
-    let (mut mesh, repairs) = assembly.finish();
-    mesh.face_materials = material_of.map(|_| face_materials.into());
+    let (mut mesh, repairs) = assembly.finish(statements);
+    mesh.face_materials = material_of.map(|material_of| {
+        let mut run = 0;
+        let materials: Vec<_> = materials.into_iter().map(|(start, number)| (start, material_of(number))).collect();
+        let material = |triangle| {
+            while materials.get(run + 1).is_some_and(|(start, _)| *start <= triangle) {
+                run += 1;
+            }
+            materials[run].1
+        };
+        (0..mesh.indices.len()).map(material).collect()
+    });
     Assembled { mesh, groups, repairs }
 }
 
-/// Unit length, or zero.
-fn normalise(normals: &mut [[f32; 3]]) {
-    for normal in normals {
-        *normal = unit_normal(DVec3::from(normal.map(f64::from)));
-    }
-}
-
-struct Assembly<'a> {
-    statements: &'a Statements<'a>,
+struct Assembly {
     unifier: Unifier,
+    /// Triangles of the pieces that are done, and of the one at hand.
+    done: Vec<Vec<[u32; 3]>>,
+    done_count: usize,
     indices: Vec<[u32; 3]>,
-    /// One a vertex if the mesh has normals; those of smoothing groups are filled in at the end.
-    normals: Option<Vec<[f32; 3]>>,
+    has_uvs: bool,
+    has_normals: bool,
     /// Numbers (position, smoothing group) pairs.
     smooth: Unifier,
     /// Of each such pair, normals of faces weighted by their angle there.
     sums: Vec<DVec3>,
+    /// Of flat faces among others.
+    flats: Vec<[f32; 3]>,
     triangulator: Triangulator,
     repairs: Vec<(Skipped, usize, u32)>,
-    // Of the face at hand: corners, their vertices and positions, its triangles.
-    ring: Vec<usize>,
+    // Of the face at hand: corners as indices of position, texture coordinates and normal; those of them that count, their
+    // vertices and positions; its triangles.
+    corners: Vec<[u32; 3]>,
+    ring: Vec<[u32; 3]>,
     vertices: Vec<u32>,
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
 }
 
-impl<'a> Assembly<'a> {
-    fn new(statements: &'a Statements<'a>) -> Self {
+impl Assembly {
+    fn new(statements: &Statements) -> Self {
         let positions = statements.positions.len();
-        let corners = &statements.corners;
         let smooths = statements.smoothing.runs.iter().any(|(_, group)| *group != 0);
-        let has_normals = smooths || (corners.has_normals() && statements.normals.iter().any(|n| *n != [0.0; 3]));
-        let triangles = corners.positions.len() - 2 * statements.faces.count() as usize;
         Self {
-            statements,
             unifier: Unifier::new(positions),
-            indices: Vec::with_capacity(triangles),
-            normals: has_normals.then(Vec::new),
+            done: Vec::with_capacity(statements.faces.len()),
+            done_count: 0,
+            indices: vec![],
+            has_uvs: statements.has_uvs,
+            has_normals: smooths || statements.has_normals,
             smooth: Unifier::new(if smooths { positions } else { 0 }),
             sums: vec![],
+            flats: vec![],
             triangulator: Triangulator::new(),
             repairs: vec![],
+            corners: vec![],
             ring: vec![],
             vertices: vec![],
             points: vec![],
@@ -105,8 +124,8 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    fn position(&self, corner: usize) -> u32 {
-        self.statements.corners.positions[corner]
+    fn triangles(&self) -> usize {
+        self.done_count + self.indices.len()
     }
 
     #[cold]
@@ -117,80 +136,100 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    fn add(&mut self, face: u32, corners: Range<usize>, smoothing: u32) {
+    /// Takes the next face of a piece.
+    fn take(&mut self, piece: &PieceFaces, place: &mut Place, size: usize, face: u32) {
+        if self.indices.capacity() == 0 {
+            let count = piece.corners.len() - 2 * piece.faces.count() as usize;
+            self.indices.reserve_exact(count);
+        }
+        self.corners.clear();
+        Corners::resolve(&piece.corners, place, size, piece.base, &mut self.corners);
         self.ring.clear();
-        for corner in corners {
+        for i in 0..self.corners.len() {
             match self.ring.last() {
-                Some(&last) if self.position(last) == self.position(corner) => {
-                    self.repaired(Skipped::RepeatedCorner, face);
-                }
-                _ => self.ring.push(corner),
+                Some(last) if last[0] == self.corners[i][0] => self.repaired(Skipped::RepeatedCorner, face),
+                _ => self.ring.push(self.corners[i]),
             }
         }
         while let [first, .., last] = self.ring[..]
-            && self.position(first) == self.position(last)
+            && first[0] == last[0]
         {
             self.ring.pop();
             self.repaired(Skipped::RepeatedCorner, face);
         }
+    }
+
+    fn end_piece(&mut self) {
+        self.indices.shrink_to_fit();
+        self.done_count += self.indices.len();
+        self.done.push(std::mem::take(&mut self.indices));
+    }
+
+    fn add(&mut self, statements: &Statements, face: u32, smoothing: u32) {
         if self.ring.len() < 3 {
             return self.repaired(Skipped::Flattened, face);
         }
         self.points.clear();
-        if self.normals.is_some() || self.ring.len() > 3 {
-            let positions = &self.statements.positions;
-            self.points.extend(self.ring.iter().map(|&c| positions[self.statements.corners.positions[c] as usize]));
+        if self.ring.len() > 3 || self.has_normals {
+            self.points.extend(self.ring.iter().map(|corner| statements.positions[corner[0] as usize]));
         }
-        self.number_vertices(face, smoothing);
+        self.number_vertices(statements, face, smoothing);
         self.cut(face);
     }
 
     /// The vertices of the ring.
-    fn number_vertices(&mut self, face: u32, smoothing: u32) {
-        let corners = &self.statements.corners;
-        let mut normal = None;
+    fn number_vertices(&mut self, statements: &Statements, face: u32, smoothing: u32) {
+        let mut flat = None;
         self.vertices.clear();
         for i in 0..self.ring.len() {
-            let corner = self.ring[i];
-            let uv = corners.uv(corner);
-            if uv == NONE && corners.has_uvs() {
+            let [position, uv, normal] = self.ring[i];
+            if uv == NONE && self.has_uvs {
                 self.repaired(Skipped::MissingUv, face);
             }
-            let (shading, value) = if self.normals.is_none() {
-                (FLAT_MESH, [0.0; 3])
+            let shading = if self.has_normals {
+                self.shading(statements, i, normal, face, smoothing, &mut flat)
             } else {
-                self.shading(i, face, smoothing, &mut normal)
+                FLAT_MESH
             };
-            let (vertex, new) = self.unifier.number(corners.positions[corner], uv, shading);
-            if new && let Some(normals) = &mut self.normals {
-                normals.push(value);
-            }
+            let (vertex, _) = self.unifier.number(position, uv, shading);
             self.vertices.push(vertex);
         }
     }
 
-    /// Where the normal of the ring's corner `i` comes from, and its value if it is known.
-    fn shading(&mut self, i: usize, face: u32, smoothing: u32, normal: &mut Option<DVec3>) -> (u64, [f32; 3]) {
-        let corner = self.ring[i];
-        let index = self.statements.corners.normal(corner);
+    /// Where the normal of the ring's corner `i` comes from. `flat` is the face's own normal and its shading, once they were
+    /// needed.
+    fn shading(
+        &mut self,
+        statements: &Statements,
+        i: usize,
+        index: u32,
+        face: u32,
+        smoothing: u32,
+        flat: &mut Option<(DVec3, u64)>,
+    ) -> u64 {
         if index != NONE {
-            let value = self.statements.normals[index as usize];
-            if value != [0.0; 3] {
-                return (FILE_NORMAL | u64::from(index), value);
+            if statements.normals[index as usize] != [0.0; 3] {
+                return FILE_NORMAL | u64::from(index);
             }
             self.repaired(Skipped::ZeroNormal, face);
         }
-        let normal = *normal.get_or_insert_with(|| newell(&self.points).normalize_or_zero());
+        let (normal, shading) = *flat.get_or_insert_with(|| {
+            let normal = newell(&self.points).normalize_or_zero();
+            if smoothing == 0 {
+                self.flats.push(or_up(normal));
+            }
+            (normal, FLAT | (self.flats.len() as u64).saturating_sub(1))
+        });
         if smoothing == 0 {
-            return (FLAT | u64::from(face), or_up(normal));
+            return shading;
         }
-        let (sum, new) = self.smooth.number(self.position(corner), NONE, u64::from(smoothing));
+        let (sum, new) = self.smooth.number(self.ring[i][0], NONE, u64::from(smoothing));
         if new {
             self.sums.push(DVec3::ZERO);
         }
         let weighted = self.angle(i) * normal;
         self.sums[sum as usize] += weighted;
-        (SMOOTH | u64::from(sum), [0.0; 3])
+        SMOOTH | u64::from(sum)
     }
 
     /// The ring's inner angle at corner `i`, radians.
@@ -212,36 +251,55 @@ impl<'a> Assembly<'a> {
         }
         for &triangle in &self.triangles {
             // A corner that the polygon visits twice can meet itself.
-            let [a, b, c] = triangle.map(|i| self.position(self.ring[i as usize]));
+            let [a, b, c] = triangle.map(|i| self.ring[i as usize][0]);
             if a != b && b != c && c != a {
                 self.indices.push(triangle.map(|i| self.vertices[i as usize]));
             }
         }
     }
 
-    fn finish(self) -> (Mesh, Vec<(Skipped, usize, u32)>) {
-        let Statements { positions, uvs, corners, .. } = self.statements;
-        let triples = self.unifier.into_triples();
-        let normals = self.normals.map(|mut normals| {
-            for (normal, triple) in normals.iter_mut().zip(&triples) {
-                if triple.shading & !u64::from(u32::MAX) == SMOOTH {
-                    *normal = or_up(self.sums[triple.shading as u32 as usize].normalize_or_zero());
-                }
+    fn finish(self, statements: &mut Statements) -> (Mesh, Vec<(Skipped, usize, u32)>) {
+        let Self { unifier, done, done_count, has_uvs, has_normals, smooth, sums, flats, repairs, .. } = self;
+        drop(smooth);
+        let mut triples = unifier.into_triples();
+        let indices = joined(done, done_count);
+        let uvs = std::mem::take(&mut statements.uvs);
+        let uv = |index| if index == NONE { [0.0; 2] } else { uvs[index as usize] };
+        let mesh_uvs = has_uvs.then(|| triples.uvs().map(uv).collect());
+        drop(uvs);
+        triples.drop_uvs();
+        let normals = std::mem::take(&mut statements.normals);
+        let normal = |shading: u64| {
+            let index = shading as u32 as usize;
+            match shading & !u64::from(u32::MAX) {
+                FILE_NORMAL => normals[index],
+                SMOOTH => or_up(sums[index].normalize_or_zero()),
+                _ => flats[index],
             }
-            normals.into()
-        });
-        let uv = |triple: &Triple| if triple.uv == NONE { [0.0; 2] } else { uvs[triple.uv as usize] };
-        let (origin, local) = localise(triples.iter().map(|triple| positions[triple.position as usize]));
-        let mesh = Mesh {
-            origin,
-            positions: local,
-            indices: self.indices.into(),
-            normals,
-            uvs: corners.has_uvs().then(|| triples.iter().map(uv).collect()),
-            face_materials: None,
         };
-        (mesh, self.repairs)
+        let mesh_normals = has_normals.then(|| triples.shadings().map(normal).collect());
+        drop((normals, sums, flats));
+        triples.drop_shadings();
+        let Triples { positions: used, .. } = triples;
+        let positions = std::mem::take(&mut statements.positions);
+        let (origin, local) = localise(used.iter().map(|&position| positions[position as usize]));
+        let mesh =
+            Mesh { origin, positions: local, indices, normals: mesh_normals, uvs: mesh_uvs, face_materials: None };
+        (mesh, repairs)
     }
+}
+
+/// The triangles of all pieces, each of which is given back once it is copied.
+fn joined(pieces: Vec<Vec<[u32; 3]>>, count: usize) -> Arc<[[u32; 3]]> {
+    let mut all: Arc<[[u32; 3]]> = (0..count).map(|_| [0; 3]).collect();
+    let mut at = 0;
+    if let Some(all) = Arc::get_mut(&mut all) {
+        for piece in pieces {
+            all[at..at + piece.len()].copy_from_slice(&piece);
+            at += piece.len();
+        }
+    }
+    all
 }
 
 /// The normal of a face, of a face without area some unit vector.

@@ -1,6 +1,6 @@
 //! The materials that an OBJ file's faces use.
 
-use super::{statements::Statements, unifier::NONE};
+use super::{chunk::Named, statements::Statements, unifier::NONE};
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     mesh_file::{MeshFile, NamedMaterial, OpenLibrary},
@@ -15,10 +15,14 @@ use std::{
 /// Most libraries that one file may open.
 const MOST_LIBRARIES: usize = 64;
 
+/// Most materials that the faces and spheres of one file may use: each takes more than a kilobyte.
+const MOST_MATERIALS: usize = 1 << 16;
+
 /// Names of `mtllib` that stand in one line are joined if this many or fewer words would have to be.
 const MOST_WORDS: usize = 64;
 
 struct Libraries<'a> {
+    file: FileId,
     open: OpenLibrary<'a>,
     tried: BTreeSet<String>,
     /// By name; the first definition counts.
@@ -42,22 +46,17 @@ impl Used {
 }
 
 /// Reads the libraries and looks up what the faces use. Findings go to `found`, those of the libraries included.
-pub(super) fn resolve(
-    statements: &Statements,
-    bytes: &[u8],
-    file: FileId,
-    open: OpenLibrary,
-    found: &mut Diagnostics,
-) -> Used {
+pub(super) fn resolve(statements: &Statements, file: FileId, open: OpenLibrary, found: &mut Diagnostics) -> Used {
     let mut libraries = Libraries {
+        file,
         open,
         tried: BTreeSet::new(),
         materials: BTreeMap::new(),
         missing: false,
         found: Diagnostics::new(),
     };
-    for range in &statements.libraries {
-        libraries.add_line(bytes, file, range.clone());
+    for named in &statements.libraries {
+        libraries.add_line(named);
     }
     let used = libraries.look_up(statements);
     found.append(libraries.found);
@@ -66,19 +65,21 @@ pub(super) fn resolve(
 
 impl Libraries<'_> {
     /// One `mtllib` line: the name of one library that may hold blanks, or several names.
-    fn add_line(&mut self, bytes: &[u8], file: FileId, range: Range<usize>) {
-        let line = &bytes[range.clone()];
+    fn add_line(&mut self, Named { name: line, place }: &Named) {
+        let whole = Span::new(self.file, place.clone());
         if line.is_empty() {
-            self.found.push(Diagnostic::warning("`mtllib` without a name").at(Span::new(file, range)));
+            self.found.push(Diagnostic::warning("`mtllib` without a name").at(whole));
             return;
         }
         let several = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).nth(1).is_some();
-        if self.add(line, Span::new(file, range.clone()), several) || !several {
+        if self.add(line, whole, several) || !several {
             return;
         }
         for name in split_names(line) {
-            let at = range.start + name.start..range.start + name.end;
-            self.add(&line[name], Span::new(file, at), false);
+            let at = place.start + name.start..place.start + name.end;
+            // Names over several lines have other places.
+            let span = if line.len() == place.len() { Span::new(self.file, at) } else { whole };
+            self.add(&line[name], span, false);
         }
     }
 
@@ -135,7 +136,16 @@ impl Libraries<'_> {
     }
 
     fn look_up(&mut self, statements: &Statements) -> Used {
-        let mut used = Used { materials: vec![], of_faces: 0, index: BTreeMap::new() };
+        if let Some(first) = statements.material_names.get(MOST_MATERIALS) {
+            let error = Diagnostic::error(format!("more than {MOST_MATERIALS} materials"));
+            self.found.push(error.at(Span::new(self.file, first.place.clone())));
+            return Used { materials: vec![], of_faces: 0, index: BTreeMap::new() };
+        }
+        let mut used = Used {
+            materials: Vec::with_capacity(statements.material_names.len() + 1),
+            of_faces: 0,
+            index: BTreeMap::new(),
+        };
         for &(_, number) in &statements.materials.runs {
             self.add_used(number, statements, &mut used);
         }
@@ -155,12 +165,13 @@ impl Libraries<'_> {
         }
         used.index.insert(number, used.materials.len() as u32);
         used.materials.push(match statements.material_names.get(number as usize) {
-            Some(&(name, place)) => self.material(name, place),
+            Some(named) => self.material(named),
             None => NamedMaterial { name: String::new(), material: MeshFile::default_material(""), origin: None },
         });
     }
 
-    fn material(&mut self, name: &[u8], place: Span) -> NamedMaterial {
+    fn material(&mut self, Named { name, place }: &Named) -> NamedMaterial {
+        let place = Span::new(self.file, place.clone());
         let text = String::from_utf8_lossy(name).into_owned();
         if let Some(material) = self.materials.get(&text) {
             return material.clone();

@@ -20,6 +20,8 @@
 //! bounded); memory is at most a small multiple of it.
 
 mod assemble;
+mod chunk;
+mod corners;
 mod materials;
 mod skipped;
 mod statements;
@@ -27,12 +29,15 @@ pub(crate) mod unifier;
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Span,
+    content::Content,
     mesh_file::{Group, MeshFile, OpenLibrary, Sphere, fatal},
+    text::{is_utf16, pieces::PIECE_BYTES},
 };
+use chunk::NameAt;
 use statements::Statements;
-use std::ops::Range;
+use std::{io, sync::Arc};
 
-pub(crate) use statements::number_error;
+pub(crate) use chunk::number_error;
 
 /// Largest file: with two bytes or more to an index, fewer than 2^32 of anything.
 const LARGEST_FILE: usize = 8 << 30;
@@ -42,13 +47,40 @@ const LARGEST_FILE: usize = 8 << 30;
 /// # Errors
 /// Malformed and infinite numbers, indices of nothing, and an empty or foreign file: all found (up to a bound), each with
 /// its place. Errors in a material library count as well.
-pub fn read(bytes: &[u8], file: FileId, open: OpenLibrary) -> Result<MeshFile, Diagnostics> {
-    if bytes.len() > LARGEST_FILE {
+pub fn read(bytes: Arc<Vec<u8>>, file: FileId, open: OpenLibrary) -> Result<MeshFile, Diagnostics> {
+    read_content(&Content::Bytes(bytes), PIECE_BYTES, file, open)
+}
+
+/// As [`read`], also from disk, in pieces of some size.
+pub(crate) fn read_content(
+    content: &Content,
+    piece: usize,
+    file: FileId,
+    open: OpenLibrary,
+) -> Result<MeshFile, Diagnostics> {
+    if content.len() > LARGEST_FILE {
         return Err(fatal("OBJ files larger than 8 GiB are not read", file));
     }
-    let mut statements = statements::parse(bytes, file);
+    let failed = |error: io::Error| fatal(&format!("cannot read: {error}"), file);
+    let mut buffer = Vec::new();
+    if is_utf16(content.piece(0..content.len().min(4), &mut buffer).map_err(failed)?) {
+        let error = Diagnostic::error("the file is UTF-16 text").at(Span::new(file, 0..0)).help("save it as UTF-8");
+        let mut found = Diagnostics::new();
+        found.push(error);
+        return Err(found);
+    }
+    let statements = statements::parse(content, piece, file).map_err(failed)?;
+    finish(statements, content, file, open)
+}
+
+fn finish(
+    mut statements: Statements,
+    content: &Content,
+    file: FileId,
+    open: OpenLibrary,
+) -> Result<MeshFile, Diagnostics> {
     let mut found = std::mem::take(&mut statements.errors);
-    let used = materials::resolve(&statements, bytes, file, open, &mut found);
+    let used = materials::resolve(&statements, file, open, &mut found);
     if !found.has_errors() && !statements.is_obj {
         found.push(Diagnostic::error("no OBJ statement in this file").at(Span::new(file, 0..0)));
     }
@@ -61,10 +93,10 @@ pub fn read(bytes: &[u8], file: FileId, open: OpenLibrary) -> Result<MeshFile, D
     let several = used.of_faces > 1;
     let assembled = assemble::assemble(&mut statements, if several { Some(&index_of) } else { None });
     for (what, count, face) in assembled.repairs {
-        let place = statements.face_place(bytes, face);
+        let place = statements.face_place(content, face);
         statements.skipped.add_many(what, b"", count, file, place);
     }
-    let groups = named_groups(&statements, bytes, &assembled.groups, assembled.mesh.indices.len());
+    let groups = named_groups(&statements, &assembled.groups, assembled.mesh.indices.len());
     statements.skipped.report(&mut found);
     let place = |&(center, radius, number): &_| Sphere { center, radius, material: used.index_of(number) };
     let spheres: Vec<Sphere> = statements.spheres.iter().map(place).collect();
@@ -76,14 +108,14 @@ pub fn read(bytes: &[u8], file: FileId, open: OpenLibrary) -> Result<MeshFile, D
 }
 
 /// The runs of faces with an `o` or `g` name; `starts` are the first triangles of all runs.
-fn named_groups(statements: &Statements, bytes: &[u8], starts: &[usize], faces: usize) -> Vec<Group> {
-    let text = |range: &Range<usize>| String::from_utf8_lossy(&bytes[range.clone()]).into_owned();
+fn named_groups(statements: &Statements, starts: &[usize], faces: usize) -> Vec<Group> {
+    let text = |at: NameAt| String::from_utf8_lossy(statements.name(at)).into_owned();
     let ends = starts.iter().skip(1).copied().chain([faces]);
     let runs = statements.groups.runs.iter().zip(starts).zip(ends);
     runs.filter(|(((_, names), start), end)| (names.object.is_some() || names.group.is_some()) && *start < end)
         .map(|(((_, names), &start), end)| Group {
-            object: names.object.as_ref().map(text),
-            group: names.group.as_ref().map(text),
+            object: names.object.map(text),
+            group: names.group.map(text),
             faces: start..end,
         })
         .collect()

@@ -121,14 +121,25 @@ impl<'a> Cursor<'a> {
         end
     }
 
-    /// What is left of this line without the blanks around it: a name, which may hold blanks and `#`.
+    /// What is left of this line, and of those that continue it, without the blanks around it: a name, which may hold blanks
+    /// and `#`. [`super::joined`] makes its text.
     pub fn name(&mut self) -> Range<usize> {
         self.skip_blanks();
         let start = self.at;
-        let line_end = self.line_end();
-        let kept = self.bytes[start..line_end].trim_ascii_end().len();
-        self.at = start + kept;
-        start..self.at
+        let mut end = self.line_end();
+        while end > start && self.bytes[end - 1] == b'\\' && end < self.bytes.len() {
+            self.at = end + if self.bytes[end..].starts_with(b"\r\n") { 2 } else { 1 };
+            end = self.line_end();
+        }
+        self.at = end;
+        let mut name = self.bytes[start..end].trim_ascii_end();
+        // Backslashes that only blanks follow, or the end of the file.
+        while let Some(rest) = name.strip_suffix(b"\\")
+            && matches!(self.bytes.get(start + name.len()), None | Some(b'\n' | b'\r'))
+        {
+            name = rest.trim_ascii_end();
+        }
+        start..start + name.len()
     }
 
     /// The next word as a number. On failure the cursor stands at the word.
@@ -212,6 +223,23 @@ mod tests {
         let mut cursor = Cursor::new(bytes);
         cursor.word();
         assert_eq!(&bytes[cursor.name()], b"Hard #25 White");
+        for (text, name, next) in [
+            ("a \\\n b \r\nx", "a \\\n b", "x"),
+            ("a\\\r\nb\\\rc\nx", "a\\\r\nb\\\rc", "x"),
+            ("a \\\n\nx", "a", "x"),
+            ("a \\", "a", ""),
+            ("\\\nb\nx", "b", "x"),
+        ] {
+            let mut cursor = Cursor::new(text.as_bytes());
+            assert_eq!(&text[cursor.name()], name, "{text:?}");
+            // CRLF is the end of a line and an empty line.
+            let mut word = 0..0;
+            while word.is_empty() && !cursor.is_done() {
+                cursor.next_line();
+                word = cursor.word();
+            }
+            assert_eq!(&text[word], next, "{text:?}");
+        }
     }
 
     #[test]

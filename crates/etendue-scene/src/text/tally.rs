@@ -39,13 +39,24 @@ impl<K: Finding> Tally<K> {
         self.add_many(kind, key, 1, file, place);
     }
 
+    /// Counts what another counted in a later part of the same file.
+    pub fn append(&mut self, other: Self) {
+        for Entry { kind, key, count, first } in other.entries {
+            self.add_shown(kind, key, count, first);
+        }
+        self.others += other.others;
+    }
+
     /// Counts several, the first of them at `place`.
     pub fn add_many(&mut self, kind: K, key: &[u8], count: usize, file: FileId, place: Range<usize>) {
-        let key = shown(key);
+        self.add_shown(kind, shown(key), count, Span::new(file, place));
+    }
+
+    fn add_shown(&mut self, kind: K, key: String, count: usize, first: Span) {
         if let Some(entry) = self.entries.iter_mut().find(|entry| entry.kind == kind && entry.key == key) {
             entry.count += count;
         } else if self.entries.len() < MOST {
-            self.entries.push(Entry { kind, key, count, first: Span::new(file, place) });
+            self.entries.push(Entry { kind, key, count, first });
         } else {
             self.others += count;
         }

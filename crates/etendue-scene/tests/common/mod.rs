@@ -13,7 +13,7 @@ pub fn read_obj(bytes: &[u8], library: &[u8]) -> Result<MeshFile, Diagnostics> {
     let mut sources = SourceMap::new();
     let file = sources.insert("m.obj", vec![]).unwrap();
     let library_file = sources.insert("m.mtl", vec![]).unwrap();
-    obj::read(bytes, file, &mut |name| match name {
+    obj::read(Arc::new(bytes.to_vec()), file, &mut |name| match name {
         "m.mtl" => Ok(Library { file: library_file, bytes: Arc::new(library.to_vec()), note: None }),
         _ => Err(SourceError::NotFound(name.into())),
     })

@@ -199,7 +199,7 @@ fn add_emission(context: &Context, strategy: Strategy, paths: &mut Paths, path: 
     });
     let radiance = match &emission.radiance.texture {
         None => emission.radiance.factor,
-        Some(_) => emission.radiance.at(context.scene.texture_coordinates(&vertex.point, hit)),
+        Some(_) => emission.at(context.scene.texture_coordinates(&vertex.point, hit)),
     };
     paths.radiance[path] += paths.throughput[path] * radiance * weight;
 }
@@ -212,14 +212,13 @@ fn sample_light(
     vertex: &Vertex,
     shadows: &mut ShadowQueue,
 ) {
-    let lights = context.scene.lights();
-    if lights.is_empty() {
+    if context.scene.lights().is_empty() {
         return;
     }
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
     let select = context.sampler.one_d(key, number, Slot::LightSelect);
     let position = context.sampler.two_d(key, number, Slot::LightPosition);
-    let Some(light) = lights.sample(&vertex.light_context(), select, position) else { return };
+    let Some(light) = context.scene.sample_light(&vertex.light_context(), select, position) else { return };
     let local_wi = vertex.frame.to_local(light.wi);
     if !vertex.is_consistent(light.wi, local_wi) {
         return;

@@ -25,7 +25,7 @@ impl Emitter for DirectionalLight {
     #[inline]
     fn sample(&self, _ctx: &LightContext, _u: [f32; 2]) -> Option<LightSample> {
         let (wi, radiance) = (-self.direction, self.irradiance);
-        is_unit(wi).then_some(LightSample { wi, target: None, radiance, density: Density::Discrete(1.0) })
+        is_unit(wi).then_some(LightSample { wi, at: [0.0; 2], target: None, radiance, density: Density::Discrete(1.0) })
     }
 
     #[inline]

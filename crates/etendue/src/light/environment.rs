@@ -64,7 +64,13 @@ impl Emitter for ConstantEnvironment {
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
         let (wi, density) = sample_direction(ctx, u)?;
-        Some(LightSample { wi, target: None, radiance: self.radiance, density: Density::SolidAngle(density) })
+        Some(LightSample {
+            wi,
+            at: [0.0; 2],
+            target: None,
+            radiance: self.radiance,
+            density: Density::SolidAngle(density),
+        })
     }
 
     #[inline]

@@ -69,6 +69,9 @@ pub struct LightSample {
     /// The point on the light, already offset from its surface towards the context so that the segment ends before it;
     /// `None` for lights at infinity.
     pub target: Option<Vec3>,
+    /// Where on the light, each in [0, 1]: weights of the second and third vertex of a triangle, multiples of the first and
+    /// second edge of a rectangle; 0 for others.
+    pub at: [f32; 2],
     /// Radiance that arrives if nothing is in between; for discrete lights (point, spot, directional) irradiance on a plane
     /// that faces it.
     pub radiance: Spectrum,

@@ -37,9 +37,9 @@ impl Facing {
         }
     }
 
-    /// A sample at `offset` from the context, drawn with `density`.
+    /// A sample at `offset` from the context, drawn with `density`; `at` as in [`LightSample`].
     #[inline]
-    pub(super) fn sample(&self, offset: DVec3, density: f64, radiance: Spectrum) -> Option<LightSample> {
+    pub(super) fn sample(&self, offset: DVec3, at: [f64; 2], density: f64, radiance: Spectrum) -> Option<LightSample> {
         let density = finite_density(density)?;
         let length = offset.length();
         if !(length > 0.0 && length.is_finite()) {
@@ -48,6 +48,7 @@ impl Facing {
         let target = self.point + offset + self.normal * self.margin;
         Some(LightSample {
             wi: (offset / length).as_vec3(),
+            at: at.map(|a| a as f32),
             target: Some(target.as_vec3()),
             radiance,
             density: Density::SolidAngle(density),

@@ -31,7 +31,7 @@ impl Emitter for PointLightSource {
             return None;
         }
         let wi = (offset / square.sqrt()).as_vec3();
-        Some(LightSample { wi, target: Some(self.position), radiance, density: Density::Discrete(1.0) })
+        Some(LightSample { wi, at: [0.0; 2], target: Some(self.position), radiance, density: Density::Discrete(1.0) })
     }
 
     #[inline]

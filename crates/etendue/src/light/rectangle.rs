@@ -81,11 +81,11 @@ impl Emitter for RectangleLight {
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
         let (facing, view, solid_angle) = self.view(ctx)?;
         let u = u.map(f64::from);
-        let offset = match view {
+        let (offset, at) = match view {
             View::Rectangle(rectangle) => rectangle.sample(u),
             View::Triangles(pair) => pair.sample(u, solid_angle),
         };
-        facing.sample(offset, 1.0 / solid_angle, self.radiance)
+        facing.sample(offset, at, 1.0 / solid_angle, self.radiance)
     }
 
     #[inline]
@@ -95,19 +95,20 @@ impl Emitter for RectangleLight {
 }
 
 impl TrianglePair {
-    /// The first number chooses the triangle in proportion to its solid angle and is stretched for use inside it.
+    /// The point and its multiples of the edges. The first number chooses the triangle in proportion to its solid angle
+    /// and is stretched for use inside it.
     #[inline]
-    fn sample(&self, [u, v]: [f64; 2], solid_angle: f64) -> DVec3 {
+    fn sample(&self, [u, v]: [f64; 2], solid_angle: f64) -> (DVec3, [f64; 2]) {
         let [first, second] = &self.triangles;
         let [p, q, r, s] = self.corners;
         let reached = u * solid_angle;
         if reached < first.solid_angle {
             let w = first.sample([reached / first.solid_angle, v]);
-            w[0] * p + w[1] * q + w[2] * r
+            (w[0] * p + w[1] * q + w[2] * r, [w[1] + w[2], w[2]])
         } else {
             let rest = ((reached - first.solid_angle) / second.solid_angle).clamp(0.0, 1.0);
             let w = second.sample([rest, v]);
-            w[0] * p + w[1] * r + w[2] * s
+            (w[0] * p + w[1] * r + w[2] * s, [w[1], w[1] + w[2]])
         }
     }
 }
@@ -154,9 +155,10 @@ impl SphericalRectangle {
         Self { x_axis, y_axis, z_axis, x: [x0, x1], y: [y0, y1], z, phi0, solid_angle }
     }
 
-    /// The point, relative to the origin, that is uniform in solid angle for uniform `u` in [0, 1)^2.
+    /// The point, relative to the origin, that is uniform in solid angle for uniform `u` in [0, 1)^2, and its multiples of
+    /// the edges.
     #[inline]
-    fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
+    fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, [f64; 2]) {
         let ([x0, x1], [y0, y1], z) = (self.x, self.y, self.z);
         let (step_sin, step_cos) = libm::sincos(u * self.solid_angle);
         let scale = 1.0 / (self.phi0[0] * self.phi0[0] + self.phi0[1] * self.phi0[1]).sqrt();
@@ -177,7 +179,8 @@ impl SphericalRectangle {
         let (h0, h1) = (sine_of(y0), sine_of(y1));
         let h = h0 + v * (h1 - h0);
         let y = h * distance / ((1.0 - h) * (1.0 + h)).max(f64::MIN_POSITIVE).sqrt();
-        x * self.x_axis + y.clamp(y0, y1) * self.y_axis + z * self.z_axis
+        let y = y.clamp(y0, y1);
+        (x * self.x_axis + y * self.y_axis + z * self.z_axis, [(x - x0) / (x1 - x0), (y - y0) / (y1 - y0)])
     }
 }
 

@@ -207,6 +207,7 @@ impl Emitter for ImageEnvironment {
         let radiance = self.map.lookup(at[0], at[1]) * self.strength;
         (density > 0.0 && is_unit(wi)).then_some(LightSample {
             wi,
+            at: [0.0; 2],
             target: None,
             radiance,
             density: Density::SolidAngle(density),

@@ -117,6 +117,7 @@ impl SphereLight {
         let target = self.center.as_dvec3() + view.map * surface + normal * (sign * view.margin);
         LightSample {
             wi,
+            at: [0.0; 2],
             target: Some(target.as_vec3()),
             radiance: self.radiance,
             density: Density::SolidAngle(density),

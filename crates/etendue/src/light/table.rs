@@ -95,9 +95,14 @@ impl LightTable {
     /// `None` if the light cannot be seen from the context (its whole surface facing away): an estimate of 0.
     #[inline]
     pub fn sample(&self, ctx: &LightContext, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
-        let index = self.select(u_select)?;
+        self.sample_chosen(ctx, self.select(u_select)?, u)
+    }
+
+    /// As [`LightTable::sample`], towards light `index`, which [`LightTable::select`] has chosen.
+    #[inline]
+    pub fn sample_chosen(&self, ctx: &LightContext, index: u32, u: [f32; 2]) -> Option<LightSample> {
         let probability = self.probability(index);
-        let sample = self.lights[index as usize].sample(ctx, u)?;
+        let sample = self.lights.get(index as usize)?.sample(ctx, u)?;
         let density = match sample.density {
             Density::SolidAngle(density) => Density::SolidAngle(density * probability),
             Density::Discrete(density) => Density::Discrete(density * probability),

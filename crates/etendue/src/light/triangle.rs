@@ -49,7 +49,7 @@ impl Emitter for TriangleLight {
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
         let (facing, triangle, [a, b, c]) = self.view(ctx)?;
         let w = triangle.sample(u.map(f64::from));
-        facing.sample(w[0] * a + w[1] * b + w[2] * c, 1.0 / triangle.solid_angle, self.radiance)
+        facing.sample(w[0] * a + w[1] * b + w[2] * c, [w[1], w[2]], 1.0 / triangle.solid_angle, self.radiance)
     }
 
     #[inline]

@@ -13,6 +13,7 @@ pub use scattering::{INDEX_RANGE, Scattering};
 use crate::{
     bsdf::Bsdf,
     math::Vec2,
+    spectrum::Spectrum,
     texture::{Texture, Transfer},
 };
 use std::{cell::RefCell, convert::Infallible, sync::Arc};
@@ -80,7 +81,21 @@ impl<T> Material<T> {
     }
 }
 
+impl Emission {
+    /// Radiance at texture coordinates; what a texture would make negative is 0.
+    #[inline]
+    pub fn at(&self, uv: Vec2) -> Spectrum {
+        self.radiance.at(uv).map(|c| c.max(0.0))
+    }
+}
+
 impl Material {
+    /// Radiance at texture coordinates as light sampling sees it: where a surface is partly not there, so is its light.
+    pub fn glow(&self, uv: Vec2) -> Spectrum {
+        let opacity = self.opacity.at(uv).clamp(0.0, 1.0);
+        self.emission.as_ref().map_or(Spectrum::BLACK, |emission| emission.at(uv) * opacity)
+    }
+
     /// How a point of this material scatters. Meant for materials that passed [`validate`](Self::validate).
     #[inline]
     pub fn bsdf(&self, uv: Vec2) -> Bsdf {

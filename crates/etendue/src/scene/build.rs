@@ -1,13 +1,12 @@
 //! From parts to a scene: recentred in f64, single placements baked into world space, shared shapes as instances, lights
 //! listed, accelerator built.
 
-use super::{FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant};
+use super::{FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant, emitters};
 use crate::{
-    light::{Light, LightTable, LightTableError, RectangleLight, SphereLight, TriangleLight},
-    material::{Emission, Material},
+    light::{LightTable, LightTableError},
+    material::Material,
     math::{DAffine3, DMat3, DVec3, Vec3},
-    spectrum::Spectrum,
-    surface::{MeshData, NO_LIGHT, face_normal, orient},
+    surface::MeshData,
 };
 use etendue_accel::{
     Accelerator, AcceleratorKind, BuildError, Geometry, Instance, Isa, Sphere, Transform, TriangleMesh, World,
@@ -85,9 +84,10 @@ impl Scene {
         for index in 0..parts.objects.len() {
             builder.place(index)?;
         }
-        builder.lights.extend(parts.delta_lights.iter().map(|light| distant::delta_light(light, center)));
-        builder.lights.extend(parts.environment.as_ref().and_then(distant::environment_light));
-        let Builder { world, placements, lights, stats, .. } = builder;
+        let Builder { world, mut placements, stats, .. } = builder;
+        let (mut lights, varied) = emitters::list(&parts, &mut placements);
+        lights.extend(parts.delta_lights.iter().map(|light| distant::delta_light(light, center)));
+        lights.extend(parts.environment.as_ref().and_then(distant::environment_light));
         let accelerator = Accelerator::build(&world, settings.kind, settings.isa, settings.threads)?;
         let mut stats = stats;
         stats.objects = parts.objects.len() as u64;
@@ -105,6 +105,7 @@ impl Scene {
             placements,
             bsdfs: parts.materials.iter().map(|m| m.scattering.constant().map(|values| values.bsdf())).collect(),
             lights: LightTable::new(lights, f64::from(radius))?,
+            varied,
             has_delta_lights: !parts.delta_lights.is_empty(),
             accelerator,
             opaque: parts.materials.iter().all(Material::is_opaque),
@@ -112,13 +113,6 @@ impl Scene {
             stats,
         })
     }
-}
-
-/// What a face emits.
-#[derive(Clone, Copy)]
-struct Glow {
-    radiance: Spectrum,
-    two_sided: bool,
 }
 
 struct Builder<'a> {
@@ -130,7 +124,6 @@ struct Builder<'a> {
     shared: Vec<Option<u32>>,
     world: World,
     placements: Vec<Placement>,
-    lights: Vec<Light>,
     stats: SceneStats,
 }
 
@@ -143,7 +136,6 @@ impl<'a> Builder<'a> {
             shared: Vec::new(),
             world: World::default(),
             placements: Vec::new(),
-            lights: Vec::new(),
             stats: SceneStats::default(),
         }
     }
@@ -163,14 +155,13 @@ impl<'a> Builder<'a> {
             Shape::Mesh(mesh) => mesh.face_materials.clone().filter(|_| object.materials.len() > 1),
             _ => None,
         };
-        let mut placement = Placement {
+        let placement = Placement {
             primitives,
             transform,
             materials: object.materials.iter().map(|m| *m as u32).collect(),
             face_materials,
             lights: FaceLights::None,
         };
-        placement.lights = self.list_lights(&placement, &self.parts.shapes[object.shape], to_local);
         match &placement.primitives {
             Primitives::Mesh(mesh) => self.stats.triangles += mesh.indices.len() as u64,
             Primitives::Sphere { .. } => self.stats.spheres += 1,
@@ -274,75 +265,6 @@ impl<'a> Builder<'a> {
         self.shared[shape] = Some(geometry);
         let transform = rounded(to_local * DAffine3::from_translation(mesh.origin), name)?;
         Ok((geometry, Some(transform), Primitives::Mesh(data)))
-    }
-
-    /// What a primitive emits as light sampling sees it: where a surface is partly not there, so is its light.
-    fn emission(&self, placement: &Placement, primitive: u32) -> Option<Glow> {
-        let material = &self.parts.materials[placement.material(primitive) as usize];
-        let Emission { radiance, two_sided } = material.emission.as_ref()?;
-        let radiance = radiance.factor * material.opacity.factor;
-        (!radiance.is_black()).then_some(Glow { radiance, two_sided: *two_sided })
-    }
-
-    /// Lists the emitters of a placement.
-    fn list_lights(&mut self, placement: &Placement, shape: &Shape, to_local: DAffine3) -> FaceLights {
-        let next = self.lights.len() as u32;
-        match (&placement.primitives, shape) {
-            (Primitives::Sphere { center, radius }, _) => {
-                let Some(emission) = self.emission(placement, 0) else { return FaceLights::None };
-                self.lights.push(Light::Sphere(sphere_light(placement, *center, *radius, emission)));
-                FaceLights::One(next)
-            }
-            (Primitives::Mesh(mesh), Shape::Rectangle { .. }) => {
-                let Some(emission) = self.emission(placement, 0) else { return FaceLights::None };
-                let [a, b, _, d] = [0, 1, 2, 3].map(|i: usize| Vec3::from(mesh.positions[i]));
-                let Glow { radiance, two_sided } = emission;
-                let (u, v) = if to_local.matrix3.determinant() < 0.0 { (d - a, b - a) } else { (b - a, d - a) };
-                self.lights.push(Light::Rectangle(RectangleLight { corner: a, u, v, radiance, two_sided }));
-                FaceLights::One(next)
-            }
-            (Primitives::Mesh(mesh), _) => self.list_triangles(placement, mesh),
-        }
-    }
-
-    fn list_triangles(&mut self, placement: &Placement, mesh: &MeshData) -> FaceLights {
-        if !placement.materials.iter().any(|m| self.parts.materials[*m as usize].emission.is_some()) {
-            return FaceLights::None;
-        }
-        let to_world = |p: [f32; 3]| Vec3::from(placement.transform.as_ref().map_or(p, |t| t.point_to_world(p)));
-        let mirrored = placement.transform.as_ref().is_some_and(|t| t.determinant() < 0.0);
-        let faces: Box<[u32]> = (0..mesh.indices.len() as u32)
-            .map(|face| {
-                let Some(emission) = self.emission(placement, face) else { return NO_LIGHT };
-                let corners = mesh.indices[face as usize];
-                let own = corners.map(|i| Vec3::from(mesh.positions[i as usize]));
-                let winding = face_normal(own[0], own[1], own[2]);
-                let front = match &mesh.normals {
-                    None => winding,
-                    Some(n) => orient(winding, corners.iter().map(|i| Vec3::from(n[*i as usize])).sum()),
-                };
-                let [a, b, c] = corners.map(|i| to_world(mesh.positions[i as usize]));
-                // The light's front is the side of its winding.
-                let swap = (front.dot(winding) < 0.0) != mirrored;
-                let vertices = if swap { [a, c, b] } else { [a, b, c] };
-                let Glow { radiance, two_sided } = emission;
-                self.lights.push(Light::Triangle(TriangleLight { vertices, radiance, two_sided }));
-                (self.lights.len() - 1) as u32
-            })
-            .collect();
-        FaceLights::Each(faces)
-    }
-}
-
-fn sphere_light(placement: &Placement, center: Vec3, radius: f32, emission: Glow) -> SphereLight {
-    let Glow { radiance, two_sided } = emission;
-    match &placement.transform {
-        None => SphereLight { two_sided, ..SphereLight::round(center, radius, radiance) },
-        Some(transform) => {
-            let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| transform.vector_to_world((axis * radius).into()).into());
-            let center = transform.point_to_world(center.into()).into();
-            SphereLight { center, axes, radiance, two_sided }
-        }
     }
 }
 

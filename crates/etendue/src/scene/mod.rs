@@ -2,6 +2,8 @@
 
 mod build;
 mod distant;
+mod emission_map;
+mod emitters;
 mod parts;
 
 pub use build::{AcceleratorSettings, SceneError};
@@ -9,12 +11,13 @@ pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
     bsdf::Bsdf,
-    light::LightTable,
+    light::{LightContext, LightSample, LightTable},
     material::Material,
     math::{DVec3, Vec2, Vec3},
     spectrum::Spectrum,
     surface::{self, Chart, MeshData, NO_LIGHT, SurfacePoint},
 };
+use emitters::{Cut, VariedLights};
 use etendue_accel::{Accelerator, Hit, Ray, Transform};
 use std::sync::Arc;
 
@@ -44,8 +47,17 @@ enum FaceLights {
     None,
     /// All faces are one light.
     One(u32),
-    /// By face, [`NO_LIGHT`] where it does not emit.
-    Each(Box<[u32]>),
+    /// A rectangle in columns and rows of lights.
+    Grid {
+        first: u32,
+        cells: [u32; 2],
+    },
+    /// By face, the first light, [`NO_LIGHT`] where it does not emit, and how many there are along its sides; `sides` is
+    /// empty if each face is one light.
+    Each {
+        firsts: Box<[u32]>,
+        sides: Box<[u16]>,
+    },
 }
 
 impl Placement {
@@ -56,11 +68,21 @@ impl Placement {
     }
 
     #[inline]
-    pub fn light(&self, primitive: u32) -> u32 {
+    pub fn light(&self, hit: &Hit) -> u32 {
         match &self.lights {
             FaceLights::None => NO_LIGHT,
             FaceLights::One(light) => *light,
-            FaceLights::Each(faces) => faces[primitive as usize],
+            FaceLights::Grid { first, cells } => {
+                let at = surface::texture_coordinates_at(self, hit.id.primitive, [hit.u, hit.v], Vec3::ZERO);
+                first + Cut::Rectangle(*cells).piece_of(at.to_array())
+            }
+            FaceLights::Each { firsts, sides } => {
+                let first = firsts[hit.id.primitive as usize];
+                match sides.get(hit.id.primitive as usize) {
+                    Some(&side) if side > 1 => first + Cut::Triangle(side.into()).piece_of([hit.u, hit.v]),
+                    _ => first,
+                }
+            }
         }
     }
 }
@@ -92,6 +114,7 @@ pub struct Scene {
     /// Of materials without textures.
     bsdfs: Vec<Option<Bsdf>>,
     lights: LightTable,
+    varied: VariedLights,
     accelerator: Accelerator,
     opaque: bool,
     has_delta_lights: bool,
@@ -112,6 +135,15 @@ impl Scene {
     /// The emitters.
     pub fn lights(&self) -> &LightTable {
         &self.lights
+    }
+
+    /// A direction towards a light chosen with `u_select`, as [`LightTable::sample`], with the radiance at the sampled point
+    /// where a light's emission or opacity has a texture (the lights of the table have means).
+    #[inline]
+    pub fn sample_light(&self, ctx: &LightContext, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
+        let index = self.lights.select(u_select)?;
+        let sample = self.lights.sample_chosen(ctx, index, u)?;
+        Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
     }
 
     /// Radiance from outside of everything along the unit vector `wi`.

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use etendue::{
-    camera::{CameraSettings, FovAxis, Projection},
+    camera::{Aperture, CameraSettings, FovAxis, Projection},
     film::{Film, FilmSettings},
     image::Image,
     integrator::Integrator,
@@ -117,8 +117,13 @@ pub fn mesh(positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Shape {
 
 /// A pinhole camera with 40 degrees across the width.
 pub fn camera(position: DVec3, target: DVec3) -> CameraSettings {
-    let projection =
-        Projection::Perspective { fov: 40f64.to_radians(), axis: FovAxis::X, lens_radius: 0.0, focus_distance: 1.0 };
+    let projection = Projection::Perspective {
+        fov: 40f64.to_radians(),
+        axis: FovAxis::X,
+        lens_radius: 0.0,
+        aperture: Aperture::Round,
+        focus_distance: 1.0,
+    };
     let direction = target - position;
     let up = if direction.normalize().y.abs() > 0.9 { dvec3(0.0, 0.0, 1.0) } else { dvec3(0.0, 1.0, 0.0) };
     CameraSettings { position, direction, up, projection }

@@ -1,0 +1,85 @@
+//! How a model is shown that comes without a scene file.
+
+use super::{names, parse_size};
+use clap::{Args, builder::PossibleValue};
+use etendue_scene::model_scene::{ModelMaterial, ModelView, UpAxis};
+use std::path::PathBuf;
+
+/// Options of the automatic scene.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Without a scene file")]
+pub struct ModelArgs {
+    /// Light the model by this equirectangular picture (.hdr, .exr) instead of a soft sky and a lamp
+    #[arg(long, value_name = "FILE")]
+    pub env: Option<PathBuf>,
+
+    /// Axis of the model that points up [default: y]; much of what comes from CAD wants z
+    #[arg(long, value_name = "AXIS", value_parser = names(&UpAxis::ALL, UpAxis::name))]
+    pub up: Option<UpAxis>,
+
+    /// No ground below the model
+    #[arg(long)]
+    pub no_ground: bool,
+
+    /// Where the model is seen from [default: iso; a flat model from its front, a room through its open side]
+    #[arg(long, value_name = "VIEW", value_parser = names(&ModelView::ALL, ModelView::name))]
+    pub view: Option<ModelView>,
+
+    /// Make the model of this, whatever its own materials are
+    #[arg(long, value_name = "M", value_parser = materials())]
+    pub material: Option<ModelMaterial>,
+}
+
+impl ModelArgs {
+    /// The first option given, as it is spelt.
+    pub fn first_given(&self) -> Option<&'static str> {
+        let given = [
+            ("--env", self.env.is_some()),
+            ("--up", self.up.is_some()),
+            ("--no-ground", self.no_ground),
+            ("--view", self.view.is_some()),
+            ("--material", self.material.is_some()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
+    }
+}
+
+fn materials() -> impl clap::builder::TypedValueParser<Value = ModelMaterial> {
+    use clap::builder::TypedValueParser;
+    let values = ModelMaterial::all().map(|m| PossibleValue::new(m.name()).help(m.words()));
+    clap::builder::PossibleValuesParser::new(values).try_map(|given| {
+        ModelMaterial::all().find(|m| m.name() == given).ok_or_else(|| format!("`{given}` is not known"))
+    })
+}
+
+const SCENE_EXAMPLES: &str = "\
+Examples:
+  etendue scene bunny.obj -o bunny.toml            then edit it, and etendue render bunny.toml
+  etendue scene part.stl --up z --view front       the scene on standard output
+  etendue scene cow.obj --env sky.hdr --material gold -o cow.toml
+
+What is written is exactly what `etendue render MODEL` with the same options shows.";
+
+/// Arguments of `etendue scene`.
+#[derive(Debug, Args)]
+#[command(before_help = SCENE_EXAMPLES)]
+pub struct SceneArgs {
+    /// Model (.obj, .ply, .stl, .off, also .gz)
+    pub model: PathBuf,
+
+    /// Scene file to write (.toml) [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Nothing but the model in the picture: it gets an alpha channel
+    #[arg(long)]
+    pub transparent: bool,
+
+    /// How the model is shown.
+    #[command(flatten)]
+    pub look: ModelArgs,
+}
