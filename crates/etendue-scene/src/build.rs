@@ -9,6 +9,7 @@ use crate::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap,
     description::{Located, ObjectRecord, SceneDescription, ShapeRecord, Step},
     geometry,
+    import::{Import, LoadedTexture},
     mesh_file::MeshFile,
 };
 use etendue::{
@@ -57,6 +58,10 @@ pub struct Input {
     pub scene_hash: [u8; 32],
     /// The files read, in order.
     pub files: Vec<PathBuf>,
+    /// What came of each mesh file, in order; more than once of one that is smoothed in several ways.
+    pub imports: Vec<Import>,
+    /// The images of textures, by path.
+    pub textures: Vec<LoadedTexture>,
     /// Warnings and notes; no errors.
     pub findings: Diagnostics,
 }
@@ -95,14 +100,19 @@ pub fn build_with(
     for (number, object) in description.objects.iter().enumerate() {
         builder.place(number, object);
     }
-    let camera = view::camera(&description.camera, description.film.size);
+    let camera = view::camera(&description.camera, description.film.size, &builder.parts);
     let environment = description.environment.as_ref().and_then(|record| builder.loader.environment(record));
     let Builder { mut parts, loader, .. } = builder;
-    let Loader { mut findings, .. } = loader;
+    let Loader { mut findings, imports, textures, .. } = loader;
+    let camera = match camera {
+        Ok(camera) if !findings.has_errors() => camera,
+        camera => {
+            camera.err().into_iter().for_each(|error| findings.push(error));
+            findings.sort();
+            return Err(findings);
+        }
+    };
     findings.sort();
-    if findings.has_errors() {
-        return Err(findings);
-    }
     parts.delta_lights = description.lights.iter().map(|light| light.value).collect();
     parts.environment = environment;
     let film = &description.film;
@@ -126,6 +136,8 @@ pub fn build_with(
         accelerator: description.accelerator,
         scene_hash: scene_hash(sources),
         files: sources.ids().map(|id| sources.path(id).to_owned()).collect(),
+        imports,
+        textures: textures.images().collect(),
         findings,
     })
 }
@@ -269,11 +281,7 @@ impl<'a> Builder<'a> {
                 }
             }
             let so_far = transform;
-            let lowest_of = |&shape: &usize| match &self.parts.shapes[shape] {
-                Shape::Mesh(mesh) => geometry::lowest_of_mesh(mesh, &so_far),
-                Shape::Sphere { center, radius } => geometry::lowest_of_sphere(*center, *radius, &so_far),
-                Shape::Rectangle { corner, u, v } => geometry::lowest_of_rectangle(*corner, *u, *v, &so_far),
-            };
+            let lowest_of = |&shape: &usize| view::lowest(&self.parts.shapes[shape], &so_far);
             let lowest = || shapes.iter().map(lowest_of).fold(DVec3::INFINITY, DVec3::min);
             transform = geometry::step(&located.value, lowest) * so_far;
             if !transform.is_finite() || !usable(&transform) {

@@ -100,6 +100,8 @@ pub struct CameraRecord {
     pub view: View,
     /// Up in the picture.
     pub up: DVec3,
+    /// Degrees that the camera is turned about its view, clockwise as the photographer sees it.
+    pub roll: f64,
     /// How points of the image become rays.
     pub lens: Lens,
     /// Where the camera is described.
@@ -128,19 +130,73 @@ pub enum FovAxis {
     Larger,
 }
 
-/// How points of the image become rays.
+/// How much of the scene a picture shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Lens {
-    /// A pinhole or thin lens.
-    Perspective {
+pub enum Angle {
+    /// A field of view.
+    Field {
         /// Degrees, in (0, 180).
         fov: f64,
         /// The side that `fov` spans.
         axis: FovAxis,
+    },
+    /// A lens before a sensor, focused on infinity: `fov` is 2 atan(side / (2 length)).
+    Focal {
+        /// Focal length, millimetres.
+        length: f64,
+        /// Width of the sensor, millimetres.
+        width: f64,
+        /// Its height, millimetres. Of a picture of another shape the largest that fits on the sensor is taken; absent: the
+        /// width is spanned.
+        height: Option<f64>,
+    },
+}
+
+/// The opening of a lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ApertureRecord {
+    /// A disk.
+    Round,
+    /// A square.
+    Square {
+        /// Degrees, counter-clockwise.
+        rotation: f64,
+    },
+    /// An iris.
+    Polygon {
+        /// At least 3.
+        blades: u32,
+        /// Degrees, counter-clockwise.
+        rotation: f64,
+    },
+}
+
+/// What a lens is focused on.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Focus {
+    /// The point looked at, if there is one.
+    Target,
+    /// Metres along the view axis.
+    Distance(f64),
+    /// A point, metres.
+    Point(Located<DVec3>),
+    /// The middle of the bounding box of the object with this name.
+    Object(Located<String>),
+}
+
+/// How points of the image become rays.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Lens {
+    /// A pinhole or thin lens.
+    Perspective {
+        /// How much it sees.
+        angle: Angle,
         /// Metres; 0 is a pinhole.
         radius: f64,
-        /// Metres along the view axis; absent: the distance to the point looked at.
-        focus: Option<f64>,
+        /// The lens's shape.
+        aperture: ApertureRecord,
+        /// Where the plane in focus is.
+        focus: Focus,
     },
     /// Parallel rays.
     Orthographic {

@@ -28,8 +28,34 @@ pub struct MeshFile {
     pub materials: Vec<NamedMaterial>,
     /// Named runs of faces, in the order of the file.
     pub groups: Vec<Group>,
+    /// What became of the keys and statements of the file and its material libraries.
+    pub keys: Vec<KeyUse>,
     /// What was approximated, skipped or ignored: no errors.
     pub notes: Diagnostics,
+}
+
+/// What became of a key or statement.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeyUse {
+    /// As in the file; with its option, if that is what it is about. Empty where no one word is.
+    pub key: String,
+    /// What became of it.
+    pub status: KeyStatus,
+    /// How often it was there.
+    pub count: usize,
+    /// The first time.
+    pub first: Origin,
+}
+
+/// What became of a key or statement.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum KeyStatus {
+    /// It means here what it says.
+    Used,
+    /// It counts, but not as it is meant; and how.
+    Approximated(String),
+    /// It does not count, and why.
+    Ignored(String),
 }
 
 /// A sphere that a mesh file holds.
@@ -82,7 +108,7 @@ pub type OpenLibrary<'a> = &'a mut dyn FnMut(&str) -> Result<Library, SourceErro
 impl MeshFile {
     /// A mesh alone.
     pub fn of_mesh(mesh: Mesh, notes: Diagnostics) -> Self {
-        Self { mesh, spheres: vec![], materials: vec![], groups: vec![], notes }
+        Self { mesh, spheres: vec![], materials: vec![], groups: vec![], keys: vec![], notes }
     }
 
     /// What faces without a (known) material are made of: grey, half of the light reflected.

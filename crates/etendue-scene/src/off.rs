@@ -84,12 +84,13 @@ pub fn read(bytes: &[u8], file: FileId) -> Result<MeshFile, Diagnostics> {
     let mesh = mesh.into_mesh(used, &mut |what, count| {
         skipped.add_many(Skipped::Repaired(what), b"", count, file, 0..0);
     });
+    let keys = skipped.uses();
     skipped.report(&mut found);
     found.sort();
     if mesh.indices.is_empty() {
         found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
     }
-    Ok(MeshFile { mesh, spheres: vec![], materials: vec![], groups: vec![], notes: found })
+    Ok(MeshFile { keys, ..MeshFile::of_mesh(mesh, found) })
 }
 
 impl Reader<'_> {

@@ -162,7 +162,7 @@ impl Builder {
         if mesh.indices.is_empty() {
             found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
         }
-        Ok(MeshFile { mesh, spheres: vec![], materials: vec![], groups, notes: found })
+        Ok(MeshFile { groups, ..MeshFile::of_mesh(mesh, found) })
     }
 }
 

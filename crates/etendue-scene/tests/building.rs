@@ -2,7 +2,7 @@
 #![allow(clippy::disallowed_methods)]
 
 use etendue::{
-    camera::{FovAxis, Projection},
+    camera::{Aperture, FovAxis, Projection},
     math::DVec3,
     scene::{SceneParts, Shape},
 };
@@ -212,6 +212,61 @@ fn cameras() {
     let settings =
         camera("type = \"orthographic\"\nposition = [1, 2, 3]\ndirection = [0, 0, -1]\nheight = 3", "[2, 1]");
     assert_eq!(settings.projection, Projection::Orthographic { height: 3.0 });
+}
+
+#[test]
+fn lenses_by_focal_length() {
+    let lens = |text: &str, size: &str| {
+        let text = format!("[camera]\nposition = [0, 0, 3]\nlook_at = [0, 0, 0]\n{text}\n[film]\nsize = {size}");
+        let settings = run(&text, &[]).unwrap().camera;
+        let Projection::Perspective { fov, axis, lens_radius, .. } = settings.projection else { panic!() };
+        (libm::tan(0.5 * fov), axis, lens_radius)
+    };
+    let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
+    // 36 mm wide, unless it is said otherwise; half the side over the focal length.
+    let (tangent, axis, radius) = lens("focal_length = 50\nf_number = 2", "[30, 20]");
+    assert!(close(tangent, 18.0 / 50.0) && axis == FovAxis::X && close(radius, 0.0125));
+    let (tangent, axis, radius) = lens("focal_length = 20\nsensor = 10\nlens_radius = 0.5", "[10, 90]");
+    assert!(close(tangent, 5.0 / 20.0) && axis == FovAxis::X && radius == 0.5);
+    let shapes = [("[30, 20]", FovAxis::X, 18.0), ("[40, 20]", FovAxis::X, 18.0), ("[20, 20]", FovAxis::Y, 12.0)];
+    for (size, expected, half) in shapes {
+        let (tangent, axis, _) = lens("focal_length = 35\nsensor = [36, 24]", size);
+        assert!(close(tangent, half / 35.0) && axis == expected, "{size}");
+    }
+}
+
+#[test]
+fn focus_roll_and_apertures() {
+    let camera = |text: &str| {
+        let objects = "[[objects]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [5, 1, 1]\n\
+             transform = { scale = [1, 2, 1] }\n[[objects]]\nfile = \"a.obj\"\ntransform = { translate = [0, 0, -8] }";
+        let text = format!("[camera]\nposition = [0, 0, 3]\n{text}\n{objects}");
+        run(&text, &[("a.obj", TRIANGLES.as_bytes())])
+    };
+    let focus = |text: &str| match camera(text).unwrap().camera.projection {
+        Projection::Perspective { focus_distance, .. } => focus_distance,
+        Projection::Orthographic { .. } => panic!(),
+    };
+    let ahead = "direction = [0, 0, -2]\nlens_radius = 0.1";
+    assert_eq!(focus(&format!("{ahead}\nfocus_point = [7, 8, -1]")), 4.0);
+    assert_eq!(focus(&format!("{ahead}\nfocus_object = \"ball\"")), 2.0);
+    // The triangles reach from z = 0 to 2, and lie 8 farther away.
+    assert_eq!(focus(&format!("{ahead}\nfocus_object = \"object 2\"")), 3.0 - (1.0 - 8.0));
+    let behind = camera(&format!("{ahead}\nfocus_point = [0, 0, 4]")).unwrap_err();
+    assert_eq!(
+        behind,
+        [
+            "scene.toml:5:15: error: `focus_point` is not before the camera; focus on something that the camera can see, \
+          or give a `focus_distance`"
+        ]
+    );
+    let unknown = camera(&format!("{ahead}\nfocus_object = \"bal\"")).unwrap_err();
+    assert_eq!(unknown, ["scene.toml:5:16: error: no object is called `bal`; did you mean `ball`?"]);
+    let rolled = camera("direction = [0, 0, -2]\nroll = 90").unwrap().camera;
+    assert_eq!(rolled.up, DVec3::X);
+    let square = format!("{ahead}\nfocus_distance = 1\naperture = \"square\"\naperture_rotation = 90");
+    let Projection::Perspective { aperture, .. } = camera(&square).unwrap().camera.projection else { panic!() };
+    assert_eq!(aperture, Aperture::Square { rotation: std::f64::consts::FRAC_PI_2 });
 }
 
 #[test]

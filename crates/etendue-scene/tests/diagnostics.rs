@@ -151,7 +151,7 @@ fn choices_and_colours() {
          [materials.m]\ntype = \"rough-metal\"\nmetal = \"glod\"\ntint = \"#12345\"\n",
         &[
             "s.toml:3:10: error: `filter` has no `gausian` (expected one of `gaussian`, `box`, `tent`, `mitchell`, `lanczos`); did you mean `gaussian`?",
-            "s.toml:4:11: error: `tonemap` must be one of `srgb`, `reinhard`, `aces` (this is a table)",
+            "s.toml:4:11: error: `tonemap` must be one of `none`, `reinhard`, `aces`, `agx` (this is a table)",
             "s.toml:5:18: error: `aovs` has no `depht` (expected one of `albedo`, `normal`, `depth`, `position`, `uv`, `direct`, `indirect`, `alpha`, `ids`, `samples`, `variance`); did you mean `depth`?",
             "s.toml:5:27: error: layer `depth` is named twice (keep one of them)",
             "s.toml:7:8: error: `type` has no `kdtre` (expected one of `bvh`, `kdtree`, `brute`); did you mean `kdtree`?",
@@ -297,4 +297,36 @@ fn deep_nesting() {
     let dotted = "a.".repeat(78) + "a = {";
     let text = format!("{}x = 1{}", dotted.repeat(78), "}".repeat(78));
     assert!(!read(text.as_bytes()).0);
+}
+
+#[test]
+fn lenses_that_contradict_themselves() {
+    let camera = |keys: &str| format!("[camera]\nposition = [0, 0, 1]\ndirection = [0, 0, -1]\n{keys}");
+    says(
+        &camera(
+            "focal_length = 50\nfov = 30\nlens_radius = 0.1\nf_number = 2\nfocus_distance = 1\nfocus_point = [0, 0, 0]",
+        ),
+        &[
+            "s.toml:5:1: error: `focal_length` and `fov` exclude each other; keep one of them",
+            "s.toml:7:1: error: `lens_radius` and `f_number` exclude each other; keep one of them",
+            "s.toml:9:1: error: `focus_distance` and `focus_point` exclude each other; keep one of them",
+        ],
+    );
+    says(
+        &camera("sensor = 36\nf_number = 2\nblades = 5\naperture = \"square\""),
+        &[
+            "s.toml:1:1: error: [camera] needs `focal_length` for its `sensor`",
+            "s.toml:1:1: error: [camera] needs `focal_length` for its `f_number`",
+            "s.toml:6:10: error: `blades` belongs to `polygon` (leave it out, or set `aperture` to `polygon`)",
+        ],
+    );
+    says(
+        &camera("lens_radius = 1"),
+        &["s.toml:1:1: error: [camera] needs `focus_distance`, `focus_point` or `focus_object` for its lens, \
+           or `look_at` instead of `direction`"],
+    );
+    says(
+        "[camera]\ntype = \"orthographic\"\nposition = [0, 0, 1]\ndirection = [0, 0, -1]\nheight = 1\nblades = 5\n",
+        &["s.toml:6:1: error: `blades` is not a key of type `orthographic`; it belongs to `perspective`"],
+    );
 }

@@ -10,7 +10,10 @@ use etendue::{
 };
 use etendue_scene::{
     SourceMap,
-    description::{EnvironmentRecord, Lens, SceneDescription, ShapeRecord, Step, UpAxis, View},
+    description::{
+        Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, Step, UpAxis,
+        View,
+    },
     read_toml,
 };
 use std::path::Path;
@@ -37,12 +40,20 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[camera]", "fov") => "30.5",
         ("[camera]", "fov_axis") => "\"smaller\"",
         ("[camera]", "lens_radius") => "0.25",
+        ("[camera]", "roll") => "2.5",
+        ("[camera]", "focal_length") => "50",
+        ("[camera]", "sensor") => "[24, 16]",
+        ("[camera]", "f_number") => "2",
+        ("[camera]", "aperture") => "\"polygon\"",
+        ("[camera]", "blades") => "9",
+        ("[camera]", "aperture_rotation") => "-15",
+        ("[camera]", "focus_point") => "[0, 0, -1]",
         ("[camera]", "focus_distance" | "height") => "2",
         ("[film]", "size") => "[64, 32]",
         ("[film]", "filter") => "{ type = \"box\", radius = 1 }",
         ("[film]", "crop") => "[1, 2, 3, 4]",
         ("[film]", "exposure") => "-1.5",
-        ("[film]", "tonemap") => "\"srgb\"",
+        ("[film]", "tonemap") => "\"none\"",
         ("[film]", "transparent") => "true",
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
         ("film.filter", "radius" | "sigma" | "b" | "c") => "0.75",
@@ -107,10 +118,21 @@ fn all_keys(section_name: &str, header: &str, choice: &str, name: &str, left_out
 
 #[test]
 fn cameras() {
-    let scene = all_keys("[camera]", "[camera]", "type", "perspective", &["direction"]);
+    let left_out = ["direction", "focal_length", "sensor", "f_number", "focus_point", "focus_object"];
+    let scene = all_keys("[camera]", "[camera]", "type", "perspective", &left_out);
     assert_eq!((scene.camera.position, scene.camera.up), (DVec3::new(1.0, 2.0, 3.0), DVec3::Z));
-    let Lens::Perspective { fov, radius, focus, .. } = scene.camera.lens else { panic!() };
-    assert_eq!((fov, radius, focus), (30.5, 0.25, Some(2.0)));
+    assert_eq!(scene.camera.roll, 2.5);
+    let Lens::Perspective { angle, radius, aperture, focus } = scene.camera.lens else { panic!() };
+    assert_eq!(
+        (angle, radius, focus),
+        (Angle::Field { fov: 30.5, axis: FovAxis::Smaller }, 0.25, Focus::Distance(2.0))
+    );
+    assert_eq!(aperture, ApertureRecord::Polygon { blades: 9, rotation: -15.0 });
+    let left_out = ["direction", "fov", "fov_axis", "lens_radius", "focus_distance", "focus_object"];
+    let scene = all_keys("[camera]", "[camera]", "type", "perspective", &left_out);
+    let Lens::Perspective { angle, radius, focus, .. } = scene.camera.lens else { panic!() };
+    assert_eq!((angle, radius), (Angle::Focal { length: 50.0, width: 24.0, height: Some(16.0) }, 0.0125));
+    assert!(matches!(focus, Focus::Point(at) if at.value == DVec3::new(0.0, 0.0, -1.0)));
     let scene = all_keys("[camera]", "[camera]", "type", "orthographic", &["direction"]);
     assert_eq!(scene.camera.lens, Lens::Orthographic { height: 2.0 });
     let scene = read("[camera]\nposition = [0, 0, 0]\ndirection = [0, 0, 3]\n");

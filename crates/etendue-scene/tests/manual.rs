@@ -83,6 +83,7 @@ fn every_choice_is_in_the_manual() {
     let questions = [
         ("[camera]", "[camera]\ntype = \"?\""),
         ("[camera]", "[camera]\nfov_axis = \"?\""),
+        ("[camera]", "[camera]\naperture = \"?\""),
         ("[film]", "[film]\nfilter = \"?\""),
         ("[film]", "[film]\ntonemap = \"?\""),
         ("[film]", "[film]\naovs = [\"?\"]"),

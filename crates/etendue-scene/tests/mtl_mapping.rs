@@ -11,10 +11,10 @@ fn read(keys: &str) -> (Material<TextureRecord>, Vec<String>) {
     let text = format!("newmtl m\n{}\n", keys.replace("; ", "\n"));
     let mut sources = SourceMap::new();
     let file = sources.insert("m.mtl", text.into_bytes()).unwrap();
-    let (materials, found) = mtl::read(&sources.bytes(file), file);
+    let mtl::MaterialLibrary { materials, findings, .. } = mtl::read(&sources.bytes(file), file);
     assert_eq!(materials.len(), 1, "{keys}");
-    assert_eq!(found.count(Severity::Error), 0, "{keys}: {found:?}");
-    (materials[0].material.clone(), found.iter().map(|d| d.one_line(&sources)).collect())
+    assert_eq!(findings.count(Severity::Error), 0, "{keys}: {findings:?}");
+    (materials[0].material.clone(), findings.iter().map(|d| d.one_line(&sources)).collect())
 }
 
 const BLACK: Spectrum = Spectrum::BLACK;
@@ -101,21 +101,37 @@ fn opacity_and_emission() {
 #[test]
 fn what_is_approximated_is_said() {
     for (keys, said) in [
-        ("Ka 1", "m.mtl:1:1: note: `Ka` ignored: ambient light is computed"),
-        ("Ka 2", "m.mtl:1:1: note: `Ka` above 1 counts as emission `Ke`"),
+        ("Ka 1", "m.mtl:2:1: note: `Ka` ignored: ambient light is computed"),
+        ("Ka 2", "m.mtl:2:1: note: `Ka` above 1 counts as emission `Ke`"),
         ("Kd 2", "m.mtl:2:4: warning: `Kd` out of range, clamped"),
-        ("map_Kd a.png; map_Kd b.png", "m.mtl:2:1: warning: `map_Kd` is not read yet and ignored (2 times)"),
-        ("kd 1", "m.mtl:2:1: warning: unknown key `kd` ignored"),
-        ("Ks 1; illum 1", "m.mtl:1:1: note: `Ks` ignored, as illum 0 and 1 ask (1 material)"),
-        ("illum 7; Kd 0; Ks 0.5", "m.mtl:1:1: note: glass reflects by Fresnel's equations, not by `Ks` (1 material)"),
-        ("illum 7; Ni 0", "m.mtl:1:1: warning: `Ni` out of range: 1 material with 1.5 instead (expected 0.1 to 10)"),
-        ("Tf 0.5", "m.mtl:1:1: note: `Tf` ignored: illum asks for no refraction (1 material)"),
+        ("kd 1", "m.mtl:2:1: note: `kd` is not in the usual case, but read all the same"),
+        ("kx 1; kx 2", "m.mtl:2:1: warning: unknown key `kx` ignored (2 times)"),
+        ("Ks 1; illum 1", "m.mtl:2:1: note: `Ks` ignored, as illum 0 and 1 ask (1 material)"),
+        ("illum 7; Kd 0; Ks 0.5", "m.mtl:4:1: note: glass reflects by Fresnel's equations, not by `Ks` (1 material)"),
+        ("illum 7; Ni 0", "m.mtl:3:1: warning: `Ni` out of range: 1 material with 1.5 instead (expected 0.1 to 10)"),
+        ("Tf 0.5", "m.mtl:2:1: note: `Tf` ignored: illum asks for no refraction (1 material)"),
         ("illum 99", "m.mtl:2:7: warning: `illum 99` counts as 2 (expected 0 to 10)"),
-        ("d 1; Tr 1", "m.mtl:1:1: warning: `Tr` is not 1 - `d`: `d` counts (1 material)"),
+        ("d 1; Tr 1", "m.mtl:3:1: warning: `Tr` is not 1 - `d`: `d` counts (1 material)"),
+        ("refl -type sphere sky.png", "m.mtl:2:1: note: `refl` ignored: reflections are computed"),
+        ("disp d.png; disp e.png", "m.mtl:2:1: warning: `disp` ignored: surfaces are not displaced (2 times)"),
+        ("decal d.png", "m.mtl:2:1: warning: `decal` ignored: one image a colour is read"),
+        ("map_Ka a.png", "m.mtl:2:1: note: `map_Ka` ignored: ambient light is computed"),
+        ("map_aat on", "m.mtl:2:1: note: `map_aat` has no meaning here and is ignored"),
+        ("map_Kd -t 1 2 3 a.png", "m.mtl:2:8: note: `map_Kd -t` ignored"),
+        ("map_Kd", "m.mtl:2:1: warning: `map_Kd` without a file name ignored"),
+        ("map_Kd -clamp on", "m.mtl:2:1: warning: `map_Kd` without a file name ignored"),
+        ("Kd 0; map_Kd a.png", "m.mtl:2:1: note: `Kd` 0 with a map, which it would blacken, counts as 1 (1 material)"),
+        ("scatter", "m.mtl:2:1: warning: scattering media are not rendered: `scatter` ignored"),
     ] {
         assert_eq!(read(keys).1, [said], "{keys}");
     }
-    for silent in ["Kd 0.5; Ks 0.5; Ns 10; Ka 0; d 1; Tr 0; Tf 1 1 1; Ni 0; illum 2; Ke 0", "illum 7; Ni 1.5; Ks 1"] {
+    for silent in [
+        "Kd 0.5; Ks 0.5; Ns 10; Ka 0; d 1; Tr 0; Tf 1 1 1; Ni 0; illum 2; Ke 0",
+        "illum 7; Ni 1.5; Ks 1",
+        "Kd 0.5; map_Kd a.png; map_d a.png; norm n.png; Ke 1; map_Ke -o 1 -s 2 2 -mm 0 1 -clamp on e.png",
+        "Kd 0.5; Pr 0.5; map_Pr a.png; Pm 1; Ps 0.5; Pc 1; Pcr 0.1; aniso 0.5; anisor 0.25; Ks 0; Ni 1.4",
+        "Kd 0.1; Ks 0; Ns 1000; Tr 1; Td 0; Ts 0.9; Nst 1000; n 1.5; texture a.png Kd Ts",
+    ] {
         assert!(read(silent).1.is_empty(), "{silent}: {:?}", read(silent).1);
     }
 }

@@ -4,17 +4,21 @@ mod common;
 
 use common::*;
 use etendue::{
+    camera::{Aperture, CameraSettings, FovAxis, Projection},
     film::{Aov, Film, FilmSettings},
     image::{ChannelData, Image},
     integrator::Integrator,
+    light::RadianceMap,
     material::Scattering,
-    math::{DAffine3, DVec3, dvec3},
+    math::{DAffine3, DMat3, DVec3, dvec3},
     render::{RenderControl, RenderSettings, render},
     sampling::{Filter, Sampler},
-    scene::{AcceleratorSettings, Scene, SceneParts},
+    scene::{AcceleratorSettings, DeltaLight, Environment, Scene, SceneParts},
     spectrum::Spectrum,
+    texture::{Samples, Texture, TextureImage, Transfer},
 };
 use etendue_accel::{AcceleratorKind, Isa, KdTreeSplit};
+use std::sync::Arc;
 
 fn parts() -> SceneParts {
     let mut parts = Parts::default();
@@ -38,8 +42,37 @@ fn parts() -> SceneParts {
             material,
         );
     }
-    parts.0.environment = Some(Spectrum([0.2, 0.3, 0.4]).into());
+    all_lights(&mut parts);
     parts.0
+}
+
+/// A sky from an image, lights without extent, and emission and opacity with textures, on shapes of every kind.
+fn all_lights(parts: &mut Parts) {
+    let sky = (0..32 * 16).map(|i| if i == 100 { [90.0, 80.0, 70.0] } else { [0.2, 0.3, (i % 7) as f32 * 0.1] });
+    let map = Arc::new(RadianceMap::new(32, 16, sky.collect()).expect("a valid map"));
+    let orientation = DMat3::from_rotation_y(0.4);
+    parts.0.environment = Some(Environment::Image { map, orientation, strength: Spectrum([0.5, 0.6, 0.7]) });
+    let (position, direction) = (dvec3(1.5, 2.0, 1.0), dvec3(-0.5, -1.0, -0.4));
+    let (intensity, irradiance) = (Spectrum([3.0, 2.0, 1.0]), Spectrum::splat(0.3));
+    parts.0.delta_lights = vec![
+        DeltaLight::Point { position: position * -1.0, intensity },
+        DeltaLight::Spot { position, direction, half_angle: 0.5, blend: 0.3, intensity },
+        DeltaLight::Directional { direction, irradiance },
+    ];
+    let samples: Vec<f32> = (0..9 * 5).map(|i| (i % 4) as f32 * 0.3).collect();
+    let image = TextureImage::new(9, 5, 1, Samples::F32(samples.into()), Transfer::Linear).expect("an image");
+    let texture = Some(Arc::new(Texture::new(Arc::new(image))));
+    let screen = parts.emitter([1.0; 3], true);
+    let material = &mut parts.0.materials[screen];
+    material.emission.as_mut().expect("it emits").radiance.texture = texture.clone();
+    material.opacity.texture = texture;
+    parts.rectangle(dvec3(-2.0, -0.5, -1.0), dvec3(1.2, 0.0, 0.0), dvec3(0.0, 0.9, 0.0), screen);
+    parts.sphere(dvec3(1.6, 1.2, -0.6), 0.3, screen);
+    let body = parts.shape(ball(1));
+    for (x, mirror) in [(2.2, 1.0), (-2.2, -1.0)] {
+        let scale = DAffine3::from_scale(dvec3(0.3 * mirror, 0.5, 0.3));
+        parts.place(body, DAffine3::from_translation(dvec3(x, 0.4, 0.3)) * scale, screen);
+    }
 }
 
 fn scene(kind: AcceleratorKind, isa: Isa) -> Scene {
@@ -93,14 +126,27 @@ fn same_bits_for_any_accelerator_and_instruction_set() {
     }
 }
 
-/// Every sampler and filter, with all layers and a transparent background.
+/// Every sampler, filter and aperture, with all layers and a transparent background.
 #[test]
-fn same_bits_for_every_sampler_and_filter() {
+fn same_bits_for_every_sampler_filter_and_aperture() {
     let scene = scene(AcceleratorKind::Bvh, Isa::detect());
-    let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));
-    let filters = Filter::ALL.map(|filter| (Sampler::default(), filter));
-    let samplers = Sampler::ALL.map(|sampler| (sampler, Filter::default()));
-    for (sampler, filter) in filters.into_iter().chain(samplers) {
+    let lens = |aperture| CameraSettings {
+        projection: Projection::Perspective {
+            fov: 0.7,
+            axis: FovAxis::X,
+            lens_radius: 0.2,
+            aperture,
+            focus_distance: 5.5,
+        },
+        ..camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0))
+    };
+    let apertures =
+        [Aperture::Round, Aperture::Square { rotation: 0.3 }, Aperture::Polygon { blades: 5, rotation: -0.2 }];
+    let cases = apertures.map(|aperture| (Sampler::default(), Filter::default(), aperture)).into_iter();
+    let cases = cases.chain(Filter::ALL.map(|filter| (Sampler::default(), filter, Aperture::Round)));
+    let cases = cases.chain(Sampler::ALL.map(|sampler| (sampler, Filter::default(), Aperture::Round)));
+    for (sampler, filter, aperture) in cases {
+        let view = lens(aperture);
         let picture = |crop, threads, tile, wave| {
             let settings = FilmSettings { resolution: [24, 18], crop, aovs: Aov::ALL.to_vec(), transparent: true };
             let film = Film::new(&settings).expect("a film");
@@ -109,11 +155,11 @@ fn same_bits_for_every_sampler_and_filter() {
             bits(&film.develop())
         };
         let reference = picture(None, 1, 32, 256);
-        assert_eq!(reference, picture(None, 3, 5, 17), "{sampler}, {filter}");
+        assert_eq!(reference, picture(None, 3, 5, 17), "{sampler}, {filter}, {aperture:?}");
         let [x0, y0, x1, y1] = [7, 3, 20, 15];
         for ((name, whole), (_, part)) in reference.iter().zip(&picture(Some([x0, y0, x1, y1]), 2, 4096, 1000)) {
             let cut: Vec<u32> = (y0..y1).flat_map(|y| (x0..x1).map(move |x| whole[(y * 24 + x) as usize])).collect();
-            assert_eq!(&cut, part, "{name}, {sampler}, {filter}");
+            assert_eq!(&cut, part, "{name}, {sampler}, {filter}, {aperture:?}");
         }
     }
 }

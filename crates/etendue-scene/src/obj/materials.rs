@@ -3,7 +3,7 @@
 use super::{chunk::Named, statements::Statements, unifier::NONE};
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
-    mesh_file::{MeshFile, NamedMaterial, OpenLibrary},
+    mesh_file::{KeyUse, MeshFile, NamedMaterial, OpenLibrary},
     mtl,
     text::shown,
 };
@@ -28,12 +28,15 @@ struct Libraries<'a> {
     /// By name; the first definition counts.
     materials: BTreeMap<String, NamedMaterial>,
     missing: bool,
+    keys: Vec<KeyUse>,
     found: Diagnostics,
 }
 
 /// The materials that faces use, in the order of first use, and the index of each of the file's numbers among them.
 pub(super) struct Used {
     pub materials: Vec<NamedMaterial>,
+    /// What became of the libraries' keys.
+    pub keys: Vec<KeyUse>,
     /// How many of them faces use; the others are of spheres.
     pub of_faces: usize,
     index: BTreeMap<u32, u32>,
@@ -53,12 +56,14 @@ pub(super) fn resolve(statements: &Statements, file: FileId, open: OpenLibrary, 
         tried: BTreeSet::new(),
         materials: BTreeMap::new(),
         missing: false,
+        keys: vec![],
         found: Diagnostics::new(),
     };
     for named in &statements.libraries {
         libraries.add_line(named);
     }
-    let used = libraries.look_up(statements);
+    let mut used = libraries.look_up(statements);
+    used.keys = libraries.keys;
     found.append(libraries.found);
     used
 }
@@ -98,9 +103,10 @@ impl Libraries<'_> {
         }
         match (self.open)(&name) {
             Ok(library) => {
-                let (materials, found) = mtl::read(&library.bytes, library.file);
+                let mtl::MaterialLibrary { materials, keys, findings } = mtl::read(&library.bytes, library.file);
+                self.keys.extend(keys);
                 self.found.extend(library.note.map(|note| Diagnostic::note(note).at(place)));
-                self.found.append(found);
+                self.found.append(findings);
                 for material in materials {
                     self.define(material);
                 }
@@ -139,10 +145,11 @@ impl Libraries<'_> {
         if let Some(first) = statements.material_names.get(MOST_MATERIALS) {
             let error = Diagnostic::error(format!("more than {MOST_MATERIALS} materials"));
             self.found.push(error.at(Span::new(self.file, first.place.clone())));
-            return Used { materials: vec![], of_faces: 0, index: BTreeMap::new() };
+            return Used { materials: vec![], keys: vec![], of_faces: 0, index: BTreeMap::new() };
         }
         let mut used = Used {
             materials: Vec::with_capacity(statements.material_names.len() + 1),
+            keys: vec![],
             of_faces: 0,
             index: BTreeMap::new(),
         };

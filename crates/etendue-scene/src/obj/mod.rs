@@ -80,7 +80,7 @@ fn finish(
     open: OpenLibrary,
 ) -> Result<MeshFile, Diagnostics> {
     let mut found = std::mem::take(&mut statements.errors);
-    let used = materials::resolve(&statements, file, open, &mut found);
+    let mut used = materials::resolve(&statements, file, open, &mut found);
     if !found.has_errors() && !statements.is_obj {
         found.push(Diagnostic::error("no OBJ statement in this file").at(Span::new(file, 0..0)));
     }
@@ -97,6 +97,7 @@ fn finish(
         statements.skipped.add_many(what, b"", count, file, place);
     }
     let groups = named_groups(&statements, &assembled.groups, assembled.mesh.indices.len());
+    let keys = statements.skipped.uses().into_iter().chain(std::mem::take(&mut used.keys)).collect();
     statements.skipped.report(&mut found);
     let place = |&(center, radius, number): &_| Sphere { center, radius, material: used.index_of(number) };
     let spheres: Vec<Sphere> = statements.spheres.iter().map(place).collect();
@@ -104,7 +105,7 @@ fn finish(
         found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
     }
     found.sort();
-    Ok(MeshFile { mesh: assembled.mesh, spheres, materials: used.materials, groups, notes: found })
+    Ok(MeshFile { mesh: assembled.mesh, spheres, materials: used.materials, groups, keys, notes: found })
 }
 
 /// The runs of faces with an `o` or `g` name; `starts` are the first triangles of all runs.

@@ -56,6 +56,7 @@ fn read_values<V: Values>(header: &Header, file: FileId, values: V) -> Result<Me
         Ok(content) if !found.has_errors() => assemble(content, header, file, &mut found, &mut skipped),
         Ok(_) | Err(Stop) => None,
     };
+    let keys = skipped.uses();
     skipped.report(&mut found);
     found.sort();
     match mesh {
@@ -63,7 +64,7 @@ fn read_values<V: Values>(header: &Header, file: FileId, values: V) -> Result<Me
             if mesh.indices.is_empty() {
                 found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
             }
-            Ok(MeshFile::of_mesh(mesh, found))
+            Ok(MeshFile { keys, ..MeshFile::of_mesh(mesh, found) })
         }
         _ => Err(found),
     }

@@ -12,8 +12,10 @@ mod toml_syntax;
 mod values;
 
 pub use material::default_material;
+pub(crate) use object::SEGMENTS;
 pub use references::check_files;
-pub use values::{rotation, sin_cos_degrees};
+pub(crate) use settings::{MAX_DEPTH, MAX_SIDE};
+pub use values::{Bounds, rotation, sin_cos_degrees};
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Span,

@@ -15,7 +15,7 @@ use etendue::{math::DVec3, scene::Mesh};
 use std::{path::PathBuf, sync::Arc};
 
 /// Corners that a disk's polygon may have.
-const SEGMENTS: (u32, u32) = (3, 4096);
+pub const SEGMENTS: (u32, u32) = (3, 4096);
 
 fn located<T>(item: Item, value: T) -> Located<T> {
     Located { value, origin: item.value.origin.clone() }

@@ -3,7 +3,7 @@
 use super::{error_at, fields::Context};
 use crate::{
     Diagnostic, Diagnostics, Severity,
-    description::{Located, MeshSource, SceneDescription, ShapeRecord},
+    description::{Focus, Lens, Located, MeshSource, SceneDescription, ShapeRecord},
     diagnostic::nearest,
 };
 use std::{
@@ -16,6 +16,7 @@ pub fn check(cx: &Context, description: &SceneDescription) {
     let materials: BTreeSet<&str> = description.materials.iter().map(|m| m.material.name.as_str()).collect();
     let meshes: BTreeSet<&str> = description.meshes.iter().map(|m| m.name.as_str()).collect();
     let mut names = BTreeMap::new();
+    check_focus(cx, description);
     for object in &description.objects {
         if let Some(material) = &object.material {
             check_name(cx, material, "material", &materials);
@@ -28,6 +29,21 @@ pub fn check(cx: &Context, description: &SceneDescription) {
         {
             cx.push(error_at(format!("two objects are called `{}`", name.value), &name.origin));
         }
+    }
+}
+
+/// Objects may also be called by their number, as in messages.
+fn check_focus(cx: &Context, description: &SceneDescription) {
+    let Lens::Perspective { focus: Focus::Object(name), .. } = &description.camera.lens else { return };
+    let numbered: Vec<String> = (1..=description.objects.len()).map(|number| format!("object {number}")).collect();
+    let named = description.objects.iter().zip(&numbered);
+    let known: BTreeSet<&str> = named.map(|(o, number)| o.name.as_ref().map_or(&number[..], |n| &n.value)).collect();
+    if !known.contains(name.value.as_str()) {
+        let error = error_at(format!("no object is called `{}`", name.value), &name.origin);
+        cx.missing(match nearest(&name.value, known.iter().copied()) {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error.help("give the object a `name`"),
+        });
     }
 }
 

@@ -7,10 +7,14 @@ use super::{
 };
 use crate::{
     Origin,
-    description::{CameraRecord, FilmRecord, FovAxis, IntegratorRecord, Lens, Located, SamplerRecord, View},
+    description::{
+        Angle, ApertureRecord, CameraRecord, FilmRecord, Focus, FovAxis, IntegratorRecord, Lens, Located,
+        SamplerRecord, View,
+    },
     value::Data,
 };
 use etendue::{
+    camera::MAX_BLADES,
     film::Aov,
     integrator::Integrator,
     math::DVec3,
@@ -25,6 +29,13 @@ pub const MAX_SIDE: u32 = 1 << 16;
 /// Longest depth limit.
 pub const MAX_DEPTH: u32 = 1 << 20;
 const DEFAULT_FOV: f64 = 40.0;
+/// Width of 35 mm film, millimetres.
+const DEFAULT_SENSOR: f64 = 36.0;
+const DEFAULT_BLADES: u32 = 6;
+/// Focal lengths and sensors.
+const MILLIMETRES: Bounds = Bounds::within(0.0, 1e6).above();
+/// Angles of rotation, degrees.
+const TURN: Bounds = Bounds::within(-1e6, 1e6);
 
 /// What stands in for a camera that could not be read; an error has been reported.
 pub fn any_camera(origin: &Origin) -> CameraRecord {
@@ -32,6 +43,7 @@ pub fn any_camera(origin: &Origin) -> CameraRecord {
         position: DVec3::ZERO,
         view: View::Direction(DVec3::NEG_Z),
         up: DVec3::Y,
+        roll: 0.0,
         lens: Lens::Orthographic { height: 1.0 },
         origin: origin.clone(),
     }
@@ -50,6 +62,7 @@ pub fn camera(item: Item) -> Option<CameraRecord> {
     let position = fields.need("position", |i| i.point());
     let view = view(&fields, position);
     let up = fields.read("up", |i| i.direction()).unwrap_or(DVec3::Y);
+    let roll = fields.read("roll", |i| i.number(TURN)).unwrap_or(0.0);
     let lens = match kind {
         Some(true) => fields.need("height", |i| i.number(Bounds::LENGTH)).map(|height| Lens::Orthographic { height }),
         Some(false) => Some(perspective(&fields, view)),
@@ -67,7 +80,7 @@ pub fn camera(item: Item) -> Option<CameraRecord> {
         }
     }
     fields.finish();
-    Some(CameraRecord { position: position?, view: view?, up, lens: lens?, origin })
+    Some(CameraRecord { position: position?, view: view?, up, roll, lens: lens?, origin })
 }
 
 fn view(fields: &Fields, position: Option<DVec3>) -> Option<View> {
@@ -87,19 +100,84 @@ fn view(fields: &Fields, position: Option<DVec3>) -> Option<View> {
 }
 
 fn perspective(fields: &Fields, view: Option<View>) -> Lens {
+    let focal_length = fields.read("focal_length", |i| i.number(MILLIMETRES));
+    for key in ["sensor", "f_number"] {
+        if fields.get(key).is_some() && fields.get("focal_length").is_none() {
+            fields.lacks(&format!("`focal_length` for its `{key}`"));
+        }
+    }
+    fields.exclusive("lens_radius", "f_number");
+    let f_number = fields.read("f_number", |i| i.number(Bounds::within(0.01, 1e6)));
+    let radius = match (fields.read("lens_radius", |i| i.number(Bounds::LENGTH_OR_ZERO)), f_number, focal_length) {
+        (Some(radius), ..) => radius,
+        (None, Some(number), Some(length)) => 0.5e-3 * length / number,
+        _ => 0.0,
+    };
+    let focus = focus(fields);
+    if radius > 0.0 && matches!((&focus, view), (Focus::Target, Some(View::Direction(_)))) {
+        let lacks = FOCUS.iter().all(|key| fields.get(key).is_none());
+        if lacks {
+            let choices = "`focus_distance`, `focus_point` or `focus_object`";
+            fields.lacks(&format!("{choices} for its lens, or `look_at` instead of `direction`"));
+        }
+    }
+    Lens::Perspective { angle: angle(fields, focal_length), radius, aperture: aperture(fields), focus }
+}
+
+fn angle(fields: &Fields, focal_length: Option<f64>) -> Angle {
     const AXES: [(&str, FovAxis); 4] =
         [("x", FovAxis::X), ("y", FovAxis::Y), ("smaller", FovAxis::Smaller), ("larger", FovAxis::Larger)];
-    let radius = fields.read("lens_radius", |i| i.number(Bounds::LENGTH_OR_ZERO)).unwrap_or(0.0);
-    let focus = fields.read("focus_distance", |i| i.number(Bounds::LENGTH));
-    if radius > 0.0 && matches!(view, Some(View::Direction(_))) && fields.get("focus_distance").is_none() {
-        fields.lacks("`focus_distance` for its lens, or `look_at` instead of `direction`");
+    fields.exclusive("focal_length", "fov");
+    fields.exclusive("focal_length", "fov_axis");
+    let fov = fields.read("fov", |i| i.number(Bounds::within(0.0, 180.0).above().below())).unwrap_or(DEFAULT_FOV);
+    let axis = fields.read("fov_axis", |i| i.choice(&AXES)).unwrap_or(FovAxis::X);
+    let sensor = fields.read("sensor", |i| match i.value.data {
+        Data::Array(_) => i.numbers(MILLIMETRES).map(|[width, height]| (width, Some(height))),
+        _ => i.number(MILLIMETRES).map(|width| (width, None)),
+    });
+    let (width, height) = sensor.unwrap_or((DEFAULT_SENSOR, None));
+    focal_length.map_or(Angle::Field { fov, axis }, |length| Angle::Focal { length, width, height })
+}
+
+fn aperture(fields: &Fields) -> ApertureRecord {
+    let kinds = [("round", 0), ("square", 1), ("polygon", 2)];
+    let kind = fields.read("aperture", |i| i.choice(&kinds)).unwrap_or(0);
+    let blades = fields.read("blades", |i| i.integer_u32(3, MAX_BLADES)).unwrap_or(DEFAULT_BLADES);
+    let rotation = fields.read("aperture_rotation", |i| i.number(TURN)).unwrap_or(0.0);
+    let unused = |key: &str, of: &str| {
+        if let Some(item) = fields.get(key) {
+            item.error::<()>(format!("`{key}` belongs to {of}"), format!("leave it out, or set `aperture` to {of}"));
+        }
+    };
+    match kind {
+        0 => {
+            unused("blades", "`polygon`");
+            unused("aperture_rotation", "`square` or `polygon`");
+            ApertureRecord::Round
+        }
+        1 => {
+            unused("blades", "`polygon`");
+            ApertureRecord::Square { rotation }
+        }
+        _ => ApertureRecord::Polygon { blades, rotation },
     }
-    Lens::Perspective {
-        fov: fields.read("fov", |i| i.number(Bounds::within(0.0, 180.0).above().below())).unwrap_or(DEFAULT_FOV),
-        axis: fields.read("fov_axis", |i| i.choice(&AXES)).unwrap_or(FovAxis::X),
-        radius,
-        focus,
+}
+
+/// The keys that say what a lens is focused on.
+const FOCUS: [&str; 3] = ["focus_distance", "focus_point", "focus_object"];
+
+fn focus(fields: &Fields) -> Focus {
+    for (i, first) in FOCUS.into_iter().enumerate() {
+        FOCUS[i + 1..].iter().for_each(|second| fields.exclusive(first, second));
     }
+    let distance = fields.read("focus_distance", |i| i.number(Bounds::LENGTH)).map(Focus::Distance);
+    let point = fields
+        .read("focus_point", |i| Some(Located { value: i.point()?, origin: i.value.origin.clone() }))
+        .map(Focus::Point);
+    let object = fields
+        .read("focus_object", |i| Some(Located { value: i.name_text()?.to_owned(), origin: i.value.origin.clone() }))
+        .map(Focus::Object);
+    distance.or(point).or(object).unwrap_or(Focus::Target)
 }
 
 /// `[film]`.

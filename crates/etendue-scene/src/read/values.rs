@@ -14,10 +14,14 @@ pub const BRIGHTEST: f64 = 1e30;
 /// A range of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    low: f64,
-    low_open: bool,
-    high: f64,
-    high_open: bool,
+    /// Lowest.
+    pub low: f64,
+    /// Without `low` itself.
+    pub low_open: bool,
+    /// Highest.
+    pub high: f64,
+    /// Without `high` itself.
+    pub high_open: bool,
 }
 
 impl Bounds {

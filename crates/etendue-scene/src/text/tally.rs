@@ -1,13 +1,30 @@
 //! Findings that repeat, summed up.
 
 use super::shown;
-use crate::{Diagnostic, Diagnostics, FileId, Span};
+use crate::{
+    Diagnostic, Diagnostics, FileId, Span,
+    mesh_file::{KeyStatus, KeyUse},
+};
 use std::ops::Range;
+
+/// What a finding means for the key or statement that it is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fate {
+    /// It counts, but not as it is meant.
+    Approximated,
+    /// It does not count.
+    Ignored,
+}
 
 /// A kind of finding that may repeat many times in a file.
 pub(crate) trait Finding: Copy + PartialEq {
     /// The message for `count` of them; `key` is the word that they share.
     fn describe(self, key: &str, count: usize) -> Diagnostic;
+
+    /// What became of what it is about.
+    fn fate(self) -> Fate {
+        Fate::Ignored
+    }
 }
 
 /// Kinds and words beyond this number are only counted.
@@ -19,6 +36,7 @@ pub(crate) struct Tally<K> {
     entries: Vec<Entry<K>>,
     /// Findings of further words.
     others: usize,
+    total: usize,
 }
 
 #[derive(Debug)]
@@ -31,7 +49,12 @@ struct Entry<K> {
 
 impl<K: Finding> Tally<K> {
     pub fn new() -> Self {
-        Self { entries: Vec::new(), others: 0 }
+        Self { entries: Vec::new(), others: 0, total: 0 }
+    }
+
+    /// How much was counted.
+    pub fn total(&self) -> usize {
+        self.total
     }
 
     /// Counts one.
@@ -53,6 +76,7 @@ impl<K: Finding> Tally<K> {
     }
 
     fn add_shown(&mut self, kind: K, key: String, count: usize, first: Span) {
+        self.total += count;
         if let Some(entry) = self.entries.iter_mut().find(|entry| entry.kind == kind && entry.key == key) {
             entry.count += count;
         } else if self.entries.len() < MOST {
@@ -60,6 +84,19 @@ impl<K: Finding> Tally<K> {
         } else {
             self.others += count;
         }
+    }
+
+    /// A record of each kind and word, its message being the reason.
+    pub fn uses(&self) -> Vec<KeyUse> {
+        let uses = self.entries.iter().map(|Entry { kind, key, count, first }| {
+            let reason = kind.describe(key, *count).message;
+            let status = match kind.fate() {
+                Fate::Approximated => KeyStatus::Approximated(reason),
+                Fate::Ignored => KeyStatus::Ignored(reason),
+            };
+            KeyUse { key: key.clone(), status, count: *count, first: (*first).into() }
+        });
+        uses.collect()
     }
 
     /// One diagnostic for each kind and word, at its first place.

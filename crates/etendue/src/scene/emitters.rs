@@ -71,7 +71,7 @@ impl Cut {
                 let in_row = piece - row * (2 * n - row);
                 let size = 1.0 / n as f32;
                 let corner = Vec2::new((in_row / 2) as f32, row as f32) * size;
-                if in_row % 2 == 0 {
+                if in_row.is_multiple_of(2) {
                     [corner, Vec2::new(size, 0.0), Vec2::new(0.0, size)]
                 } else {
                     [corner + Vec2::splat(size), Vec2::new(-size, 0.0), Vec2::new(0.0, -size)]

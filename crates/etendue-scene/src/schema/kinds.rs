@@ -1,0 +1,344 @@
+//! What values each key of a scene file takes.
+
+use crate::read::{
+    Bounds, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, SEGMENTS,
+    keys::{self, Section},
+};
+use etendue::{
+    bsdf::metals,
+    film::Aov,
+    integrator::Integrator,
+    render::MAX_SPP,
+    sampling::{Filter, Sampler},
+    texture::{Channel, Filtering, Wrap},
+    tonemap::ToneCurve,
+};
+
+/// What a key takes.
+#[derive(Clone, Debug)]
+pub enum Kind {
+    /// `true` or `false`.
+    Boolean,
+    /// Text that is not empty: a name of something, or of a file.
+    Name,
+    /// A whole number, both ends included.
+    Integer(i64, i64),
+    /// A number.
+    Number(Bounds),
+    /// A number (grey), three numbers, or `"#rrggbb"`.
+    Colour(Bounds),
+    /// One of some names.
+    Choice(Vec<&'static str>),
+    /// From the first to the second number of items.
+    Array(Box<Kind>, usize, usize),
+    /// A table.
+    Table(&'static Section),
+    /// A table of tables, by names.
+    Named(&'static Section),
+    /// Any of several kinds.
+    Any(Vec<Kind>),
+}
+
+use Kind::{Boolean, Colour, Integer, Name, Number, Table};
+
+/// Angles, offsets and the like.
+const FAR: Bounds = Bounds::within(-1e6, 1e6);
+/// Indices of refraction.
+const IOR: Bounds = Bounds::within(0.1, 10.0);
+/// Filter radii, pixels.
+const PIXELS: Bounds = Bounds::within(0.01, 16.0);
+
+fn array(kind: Kind, count: usize) -> Kind {
+    Kind::Array(Box::new(kind), count, count)
+}
+
+fn list(kind: Kind) -> Kind {
+    Kind::Array(Box::new(kind), 0, usize::MAX)
+}
+
+fn point() -> Kind {
+    array(Number(Bounds::COORDINATE), 3)
+}
+
+fn choice(names: &[&'static str]) -> Kind {
+    Kind::Choice(names.to_vec())
+}
+
+fn all<T: Copy>(values: &[T], name: fn(T) -> &'static str) -> Kind {
+    Kind::Choice(values.iter().map(|v| name(*v)).collect())
+}
+
+/// A value, or a texture times one.
+fn parameter(value: Kind) -> Kind {
+    Kind::Any(vec![value, Table(&keys::PARAMETER)])
+}
+
+fn colours(bounds: Bounds) -> Kind {
+    parameter(Colour(bounds))
+}
+
+fn numbers(bounds: Bounds) -> Kind {
+    parameter(Number(bounds))
+}
+
+/// One, or two of them.
+fn pair(kind: Kind) -> Kind {
+    Kind::Any(vec![kind.clone(), array(kind, 2)])
+}
+
+/// What `key` of `section` takes; `None` if nobody has said.
+pub fn kind(section: &str, key: &str) -> Option<Kind> {
+    match section {
+        "the scene file" => file(key),
+        "[camera]" => camera(key),
+        "[film]" => film(key),
+        "film.filter" => filter(key),
+        "[sampler]" => sampler(key),
+        "[integrator]" => integrator(key),
+        "[accelerator]" => accelerator(key),
+        "[environment]" => environment(key),
+        "[textures.NAME]" => texture(key),
+        "[materials.NAME]" => material(key),
+        "a textured parameter" => textured(key),
+        "normal_map" => textured(key).filter(|_| key != "factor"),
+        "emission" => emission(key),
+        "[meshes.NAME]" => mesh(key),
+        "[[objects]]" => object(key),
+        "a step of transform" => step(key),
+        "rotate" => rotate(key),
+        "look_at" => look_at(key),
+        "[[lights]]" => light(key),
+        _ => None,
+    }
+}
+
+fn file(key: &str) -> Option<Kind> {
+    let tables = |section| Kind::Array(Box::new(Table(section)), 0, MAX_RECORDS);
+    Some(match key {
+        "camera" => Table(&keys::CAMERA),
+        "film" => Table(&keys::FILM),
+        "sampler" => Table(&keys::SAMPLER),
+        "integrator" => Table(&keys::INTEGRATOR),
+        "accelerator" => Table(&keys::ACCELERATOR),
+        "environment" => Table(&keys::ENVIRONMENT),
+        "textures" => Kind::Named(&keys::TEXTURE),
+        "materials" => Kind::Named(&keys::MATERIAL),
+        "meshes" => Kind::Named(&keys::MESH),
+        "objects" => tables(&keys::OBJECT),
+        "lights" => tables(&keys::LIGHT),
+        _ => return None,
+    })
+}
+
+fn millimetres() -> Bounds {
+    Bounds::within(0.0, 1e6).above()
+}
+
+fn camera(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => choice(&["perspective", "orthographic"]),
+        "position" | "look_at" | "direction" | "up" | "focus_point" => point(),
+        "fov" => Number(Bounds::within(0.0, 180.0).above().below()),
+        "fov_axis" => choice(&["x", "y", "smaller", "larger"]),
+        "focal_length" => Number(millimetres()),
+        "sensor" => pair(Number(millimetres())),
+        "lens_radius" => Number(Bounds::LENGTH_OR_ZERO),
+        "f_number" => Number(Bounds::within(0.01, 1e6)),
+        "aperture" => choice(&["round", "square", "polygon"]),
+        "blades" => Integer(3, 64),
+        "roll" | "aperture_rotation" => Number(FAR),
+        "focus_distance" | "height" => Number(Bounds::LENGTH),
+        "focus_object" => Name,
+        _ => return None,
+    })
+}
+
+fn film(key: &str) -> Option<Kind> {
+    Some(match key {
+        "size" => array(Integer(1, MAX_SIDE.into()), 2),
+        "filter" => Kind::Any(vec![all(&Filter::ALL, Filter::name), Table(&keys::FILTER)]),
+        "crop" => array(Integer(0, MAX_SIDE.into()), 4),
+        "exposure" => Number(Bounds::within(-64.0, 64.0)),
+        "tonemap" => all(&ToneCurve::ALL, ToneCurve::name),
+        "aovs" => Kind::Array(Box::new(all(&Aov::ALL, Aov::name)), 0, Aov::ALL.len()),
+        "transparent" => Boolean,
+        _ => return None,
+    })
+}
+
+fn filter(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => all(&Filter::ALL, Filter::name),
+        "radius" | "sigma" => Number(PIXELS),
+        "b" | "c" => Number(Bounds::UNIT),
+        _ => return None,
+    })
+}
+
+fn sampler(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => all(&Sampler::ALL, Sampler::name),
+        "spp" => Integer(1, MAX_SPP.into()),
+        "seed" => Integer(0, i64::MAX),
+        _ => return None,
+    })
+}
+
+fn integrator(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => all(&Integrator::ALL, Integrator::name),
+        "depth" => Integer(1, MAX_DEPTH.into()),
+        "distance" => Number(Bounds::LENGTH),
+        _ => return None,
+    })
+}
+
+fn accelerator(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => choice(&["bvh", "kdtree", "brute"]),
+        "split" => choice(&["sah", "midpoint"]),
+        _ => return None,
+    })
+}
+
+fn environment(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => choice(&["constant", "image", "gradient"]),
+        "radiance" | "strength" | "top" | "horizon" | "bottom" => Colour(Bounds::LIGHT),
+        "image" => Name,
+        "rotation" => Number(FAR),
+        "up" => choice(&["y", "z"]),
+        _ => return None,
+    })
+}
+
+fn texture(key: &str) -> Option<Kind> {
+    Some(match key {
+        "file" => Name,
+        "encoding" => choice(&["srgb", "linear"]),
+        "channel" => all(&Channel::ALL, Channel::name),
+        "filter" => all(&Filtering::ALL, Filtering::name),
+        "wrap" => pair(all(&Wrap::ALL, Wrap::name)),
+        "scale" | "offset" => pair(Number(FAR)),
+        "rotate" | "gain" | "base" => Number(FAR),
+        _ => return None,
+    })
+}
+
+fn material(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => {
+            choice(&["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "phong", "principled", "black"])
+        }
+        "emission" => Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::EMISSION)]),
+        "normal_map" => Table(&keys::TEXTURE_REFERENCE),
+        "normal_scale" => Number(FAR),
+        "bump" => numbers(FAR),
+        "thin" => Boolean,
+        "metal" => Kind::Any(vec![Kind::Choice(metals::names().collect()), Name]),
+        "ior" => numbers(IOR),
+        "eta" | "k" => colours(Bounds::within(0.0, 100.0)),
+        "alpha" => pair(numbers(Bounds::UNIT)),
+        "exponent" | "transmission_exponent" => numbers(Bounds::within(0.0, 1e9)),
+        "rotation" => numbers(Bounds::within(-3600.0, 3600.0)),
+        "opacity" | "metallic" | "roughness" | "anisotropic" | "coat" | "coat_roughness" | "sheen_roughness" => {
+            numbers(Bounds::UNIT)
+        }
+        "reflectance"
+        | "transmittance"
+        | "reflection_tint"
+        | "transmission_tint"
+        | "tint"
+        | "diffuse"
+        | "specular"
+        | "diffuse_transmission"
+        | "transmission"
+        | "base_color"
+        | "sheen" => colours(Bounds::UNIT),
+        _ => return None,
+    })
+}
+
+fn textured(key: &str) -> Option<Kind> {
+    Some(match key {
+        "texture" | "file" => Name,
+        "factor" => Kind::Any(vec![Number(FAR), Colour(Bounds::LIGHT)]),
+        _ => return None,
+    })
+}
+
+fn emission(key: &str) -> Option<Kind> {
+    Some(match key {
+        "radiance" => colours(Bounds::LIGHT),
+        "two_sided" => Boolean,
+        _ => return None,
+    })
+}
+
+fn crease_angle() -> Kind {
+    Number(Bounds::within(0.0, 180.0).above())
+}
+
+fn mesh(key: &str) -> Option<Kind> {
+    Some(match key {
+        "file" => Name,
+        "positions" => list(point()),
+        "indices" => list(Kind::Array(Box::new(Integer(0, u32::MAX.into())), 3, 4)),
+        "normals" => list(array(Number(Bounds::within(-1e3, 1e3)), 3)),
+        "uvs" => list(array(Number(FAR), 2)),
+        "crease_angle" => crease_angle(),
+        _ => return None,
+    })
+}
+
+fn object(key: &str) -> Option<Kind> {
+    Some(match key {
+        "shape" => choice(&["mesh", "sphere", "rectangle", "box", "disk"]),
+        "name" | "material" | "mesh" | "file" => Name,
+        "transform" => Kind::Any(vec![Table(&keys::STEP), Kind::Array(Box::new(Table(&keys::STEP)), 0, 1000)]),
+        "crease_angle" => crease_angle(),
+        "center" | "corner" | "u" | "v" | "min" | "max" => point(),
+        "radius" => Number(Bounds::LENGTH),
+        "size" => Kind::Any(vec![Number(Bounds::LENGTH), Kind::Array(Box::new(Number(Bounds::LENGTH)), 2, 3)]),
+        "segments" => Integer(SEGMENTS.0.into(), SEGMENTS.1.into()),
+        _ => return None,
+    })
+}
+
+fn step(key: &str) -> Option<Kind> {
+    let coordinate = || Number(Bounds::COORDINATE);
+    Some(match key {
+        "translate" | "relocate" => point(),
+        "rotate" => Table(&keys::ROTATE),
+        "look_at" => Table(&keys::LOOK_AT),
+        "scale" => Kind::Any(vec![coordinate(), point()]),
+        "matrix" => {
+            let rows = Kind::Array(Box::new(array(coordinate(), 4)), 3, 4);
+            Kind::Any(vec![array(coordinate(), 12), array(coordinate(), 16), rows])
+        }
+        _ => return None,
+    })
+}
+
+fn rotate(key: &str) -> Option<Kind> {
+    Some(match key {
+        "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
+        "angle" => Number(FAR),
+        _ => return None,
+    })
+}
+
+fn look_at(key: &str) -> Option<Kind> {
+    matches!(key, "position" | "target" | "up").then(point)
+}
+
+fn light(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => choice(&["point", "spot", "directional"]),
+        "position" | "target" | "direction" => point(),
+        "intensity" | "irradiance" => Colour(Bounds::LIGHT),
+        "angle" => Number(Bounds::within(0.0, 360.0).above()),
+        "blend" => Number(Bounds::UNIT),
+        _ => return None,
+    })
+}
