@@ -9,7 +9,7 @@ use etendue_scene::{
     Limits, SourceMap,
     image_file::{self, read_image},
     mesh_file::{self, MeshFile, MeshFormat, MeshLimits, unknown_kind},
-    model_scene::{self, ModelEnvironment, ModelOptions, model_scene},
+    model_scene::{self, ModelEnvironment, ModelOptions, ModelSurface, model_scene},
     output::atomic,
 };
 use std::{
@@ -46,7 +46,7 @@ pub fn is_model(input: &Path) -> bool {
 /// Reads a mesh file; errors are reported.
 pub fn read(model: &Path, sources: &mut SourceMap, limits: &Limits) -> Result<MeshFile, Failure> {
     let limits = MeshLimits { file: limits.file_bytes, library: limits.library_bytes };
-    let file = sources.read(model, limits.file).map_err(|e| Failure::new(Exit::BadInput, e))?;
+    let file = mesh_file::open(sources, model, &limits).map_err(|e| Failure::new(Exit::BadInput, e))?;
     mesh_file::read(sources, file, &limits).map_err(|found| {
         report::diagnostics(&found, sources);
         Failure::reported(Exit::of(&found))
@@ -64,6 +64,10 @@ pub fn scene_text(look: Look<'_>, mesh: &MeshFile, folder: Option<&Path>) -> Res
         None => None,
         Some(path) => Some(ModelEnvironment { file: name(path)?, brightness: brightness(path)? }),
     };
+    let surface = match &args.material {
+        Some(ModelSurface::Picture(path)) => Some(ModelSurface::Picture(name(path)?)),
+        other => other.clone(),
+    };
     let options = ModelOptions {
         file: name(look.model)?,
         environment,
@@ -71,7 +75,7 @@ pub fn scene_text(look: Look<'_>, mesh: &MeshFile, folder: Option<&Path>) -> Res
         ground: !args.no_ground,
         transparent: look.transparent,
         view: args.view,
-        material: args.material,
+        surface,
         size: look.size,
     };
     let path = look.model.display();

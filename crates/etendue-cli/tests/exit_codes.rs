@@ -28,7 +28,7 @@ fn usage_errors_exit_1_and_tell_the_range() {
         ("render scene.toml --integrator x", "light-split"),
         ("render scene.toml --accel x", "kdtree"),
         ("render scene.toml --filter x", "gaussian"),
-        ("render scene.toml --tonemap x", "srgb"),
+        ("render scene.toml --tonemap x", "none"),
         ("render scene.toml --aov albedo,x", "variance"),
         ("render scene.toml --isa x", "portable"),
         ("render scene.toml -o a.jpg", ".png, .exr, .pfm"),

@@ -205,6 +205,11 @@ pub fn decode_texture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<RawI
     decode_raw(recognise(path, bytes)?, limits)
 }
 
+/// What the format of a picture is called, by its first bytes and its ending; `None` if it is none that is read.
+pub fn format_name(path: &Path, bytes: &[u8]) -> Option<&'static str> {
+    Kind::of(path, bytes).map(Kind::name)
+}
+
 fn recognise<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<File<'a>, ReadError> {
     let kind = Kind::of(path, bytes).ok_or_else(|| ReadError::UnknownFormat { path: path.to_owned() })?;
     Ok(File { path, kind, bytes })
