@@ -46,7 +46,7 @@ pub fn is_model(input: &Path) -> bool {
 /// Reads a mesh file; errors are reported.
 pub fn read(model: &Path, sources: &mut SourceMap, limits: &Limits) -> Result<MeshFile, Failure> {
     let limits = MeshLimits { file: limits.file_bytes, library: limits.library_bytes };
-    let file = sources.read(model, limits.file).map_err(|e| Failure::new(Exit::BadInput, e))?;
+    let file = mesh_file::open(sources, model, &limits).map_err(|e| Failure::new(Exit::BadInput, e))?;
     mesh_file::read(sources, file, &limits).map_err(|found| {
         report::diagnostics(&found, sources);
         Failure::reported(Exit::of(&found))
