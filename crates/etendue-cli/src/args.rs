@@ -1,5 +1,6 @@
 //! The command line.
 
+mod files;
 mod model;
 
 use clap::{Args, Parser, Subcommand, builder::TypedValueParser, value_parser};
@@ -12,22 +13,31 @@ use etendue::{
 };
 use etendue_accel::{AcceleratorKind, Isa};
 use etendue_scene::output::metric::Metric;
+pub use files::{CompletionsArgs, ConvertArgs, InfoArgs, ManArgs};
 pub use model::{ModelArgs, SceneArgs};
 use std::{path::PathBuf, str::FromStr};
 
 /// Physically based Monte Carlo rendering on the CPU
 #[derive(Debug, Parser)]
-#[command(name = "etendue", version, before_help = EXAMPLES, subcommand_required = true)]
+#[command(name = "etendue", version, before_help = EXAMPLES, arg_required_else_help = true)]
 pub struct Cli {
-    /// What to do.
+    /// Print the JSON schema of scene files, for editors
+    #[arg(long, exclusive = true)]
+    pub schema: bool,
+
+    /// What to do; absent with `--schema` alone.
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  etendue render scenes/cornell-box.toml          writes cornell-box.png and .exr here
+  etendue render bunny.obj                        a picture of a model: bunny.png and bunny.exr
+  etendue render scenes/cornell-box.toml          a scene
   etendue render scene.toml -o a.exr --spp 256    one file, more samples
+  etendue scene bunny.obj -o bunny.toml           a scene of a model, to be edited
+  etendue info bunny.obj                          what is in a file
+  etendue convert render.exr render.png           a file into another
   etendue diff a.exr reference.exr -o heat.png    how far a is from the reference
 
 Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write,
@@ -40,13 +50,24 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Write the automatic scene of a model, for editing
     Scene(SceneArgs),
+    /// Tell what is in a scene, a model or a picture
+    Info(InfoArgs),
+    /// Turn a model or a picture into another format
+    Convert(ConvertArgs),
     /// Measure how far a picture is from a reference
     Diff(DiffArgs),
+    /// Print the completions of a shell
+    Completions(CompletionsArgs),
+    /// Print the manual page
+    Man(ManArgs),
 }
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
   etendue render scenes/cornell-box.toml
+  etendue render bunny.obj
+  etendue render part.stl --up z --view front --material aluminium
+  etendue render cow.obj --env sky.hdr --transparent -o cow.png
   etendue render scene.toml -o quick.png --size 320x240 --spp 16
   etendue render scene.toml -o out.exr --aov albedo,normal,depth --spp 1024 --seed 7
   etendue render scene.toml -o detail.exr --size 1920x1080 --crop 960,500,1060,600
@@ -157,13 +178,17 @@ const DIFF_EXAMPLES: &str = "\
 Examples:
   etendue diff a.exr reference.exr
   etendue diff a.exr reference.exr --metric mae -o heat.png
+  etendue diff a.png reference.png --metric flip -o heat.png
   etendue diff a.exr reference.exr --fail-above 1e-3 --json
 
 relmse is the mean over pixels and channels of (a-b)^2 / (b^2 + 0.01), mse of (a-b)^2, mae of
 |a-b|; b is the reference. Colour is compared where both have it, otherwise the channels of
 floats that both have. PNG, JPEG and other 8 and 16 bit files are decoded to linear values
-first. Pixels that are not finite
-in either are counted, and left out of the mean.";
+first. Pixels that are not finite in either are counted, and left out of the mean.
+
+flip is what an observer sees who flips between the two (Andersson et al. 2020), from 0 to 1,
+at 67 pixels a degree; where the reference is a file of floats (.exr, .hdr, .pfm) it becomes
+hdr-flip, the largest over the exposures that the reference needs (Andersson et al. 2021).";
 
 /// Arguments of `etendue diff`.
 #[derive(Debug, Args)]
@@ -266,6 +291,6 @@ mod tests {
     #[test]
     fn exposure_may_be_negative() {
         let cli = Cli::try_parse_from(["etendue", "render", "a.toml", "--exposure", "-2"]).unwrap();
-        assert!(matches!(cli.command, Command::Render(args) if args.exposure == Some(-2.0)));
+        assert!(matches!(cli.command, Some(Command::Render(args)) if args.exposure == Some(-2.0)));
     }
 }

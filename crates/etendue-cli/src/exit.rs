@@ -28,6 +28,32 @@ pub enum Exit {
 }
 
 impl Exit {
+    /// Every code.
+    pub const ALL: [Self; 7] = [
+        Self::Done,
+        Self::Usage,
+        Self::BadInput,
+        Self::Unsupported,
+        Self::CannotWrite,
+        Self::Incomplete,
+        Self::Interrupted,
+    ];
+
+    /// What it says, in one sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Done => "Done.",
+            Self::Usage => "The command line is wrong.",
+            Self::BadInput => "A file that was to be read is wrong or missing.",
+            Self::Unsupported => {
+                "The input asks for something that is not there yet, such as a file format that is not read."
+            }
+            Self::CannotWrite => "A result could not be written.",
+            Self::Incomplete => "Done, but the result misses the mark that was set, such as diff --fail-above.",
+            Self::Interrupted => "Stopped by a signal. What there was of a picture is written.",
+        }
+    }
+
     /// The code for input with errors.
     pub fn of(found: &Diagnostics) -> Self {
         if found.only_unsupported() { Self::Unsupported } else { Self::BadInput }

@@ -14,10 +14,17 @@ use etendue::{
 };
 use etendue_accel::Isa;
 use etendue_scene::{
-    Diagnostics, Input, Limits, ReadError, SourceMap, build_with, description::SceneDescription, mesh_file::MeshFile,
+    Diagnostics, Input, Limits, ReadError, Severity, SourceMap, build_with,
+    description::SceneDescription,
+    import::{Import, counted},
+    mesh_file::MeshFile,
     read_scene, read_toml,
 };
-use std::{collections::BTreeMap, path::Path, thread};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+    thread,
+};
 
 /// Everything that a render needs.
 pub struct Job {
@@ -66,21 +73,30 @@ pub fn load(args: &RenderArgs) -> Result<Loaded, Failure> {
         report::diagnostics(&found, &sources);
         Failure::reported(Exit::of(&found))
     })?;
-    tell(&input.findings, &sources, args.quiet);
+    tell(&input.findings, &sources);
+    if !args.quiet {
+        tell_imports(args, &input);
+    }
     Ok(Loaded { input, isa })
 }
 
 fn scene_file(args: &RenderArgs, sources: &mut SourceMap, limits: &Limits) -> Result<SceneDescription, Failure> {
-    let (description, found) = read_scene(&args.input, sources, limits).map_err(|e| match e {
-        ReadError::Unsupported { .. } => Failure::new(Exit::Unsupported, e),
-        ReadError::Source(_) => Failure::new(Exit::BadInput, e),
-    })?;
+    let (description, found) = read_scene(&args.input, sources, limits).map_err(read_failure)?;
     if let Some(option) = args.look.first_given() {
         let message = format!("{option} is for models without a scene file, but {} is one", args.input.display());
         return Err(Failure::new(Exit::Usage, message).hint("edit the scene file instead, or give the model itself"));
     }
-    tell(&found, sources, args.quiet);
+    tell(&found, sources);
     description.ok_or(Failure::reported(Exit::of(&found)))
+}
+
+/// Why a scene file cannot even be looked into.
+pub fn read_failure(error: ReadError) -> Failure {
+    match error {
+        ReadError::Unsupported { .. } => Failure::new(Exit::Unsupported, error)
+            .hint("scenes are read from .toml files, models from .obj, .ply, .stl and .off files, also .gz"),
+        ReadError::Source(_) => Failure::new(Exit::BadInput, error).hint("check the name, and the folder it is in"),
+    }
 }
 
 /// The scene of a model, read from its text as from a file.
@@ -90,18 +106,39 @@ fn automatic_scene(args: &RenderArgs, mesh: &MeshFile, sources: &mut SourceMap) 
     let bytes = text.into_bytes();
     let file = sources.insert(name, bytes.clone()).map_err(|e| Failure::new(Exit::BadInput, e))?;
     let (description, found) = read_toml(file, &bytes, Path::new(""));
-    tell(&found, sources, args.quiet);
+    tell(&found, sources);
     description.ok_or(Failure::reported(Exit::of(&found)))
 }
 
-/// Errors and warnings are always told; a quiet run goes without notes.
-fn tell(found: &Diagnostics, sources: &SourceMap, quiet: bool) {
-    if !quiet {
-        return report::diagnostics(found, sources);
-    }
+/// Errors and warnings are always told; notes by `etendue info`.
+fn tell(found: &Diagnostics, sources: &SourceMap) {
     let mut kept = Diagnostics::new();
-    kept.extend(found.iter().filter(|d| d.severity != etendue_scene::Severity::Note).cloned());
+    kept.extend(found.iter().filter(|d| d.severity != Severity::Note).cloned());
     report::diagnostics(&kept, sources);
+}
+
+/// One line for each mesh file, and who tells more.
+fn tell_imports(args: &RenderArgs, input: &Input) {
+    const MOST: usize = 8;
+    let mut seen = BTreeSet::new();
+    let imports: Vec<&Import> = input.imports.iter().filter(|import| seen.insert(&import.path)).collect();
+    let mut told = false;
+    for import in imports.iter().take(MOST) {
+        let more = import.approximated() + import.ignored() > 0;
+        told |= more;
+        let who = if more { format!(" (etendue info {} tells which)", import.path.display()) } else { String::new() };
+        report::say(format!("{import}{who}"));
+    }
+    if imports.len() > MOST {
+        report::say(format!("... and {}", counted(imports.len() - MOST, "more model")));
+    }
+    let notes = input.findings.count(Severity::Note);
+    if notes > 0 && !told {
+        report::say(format!("{} (etendue info {} tells them)", counted(notes, "note"), args.input.display()));
+    }
+    if model::is_model(&args.input) && args.look.up.is_none() {
+        report::say("y is up: --up z if the model lies on its side");
+    }
 }
 
 fn choose_isa(asked: Option<Isa>) -> Result<Isa, Failure> {

@@ -3,8 +3,10 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod convert;
 mod diff;
 mod exit;
+mod info;
 mod load;
 mod manifest;
 mod model;
@@ -14,10 +16,11 @@ mod render;
 mod report;
 mod signals;
 mod summary;
+mod tools;
 
 use args::{Cli, Command};
 use clap::Parser;
-use exit::Exit;
+use exit::{Exit, Failure};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -31,9 +34,15 @@ fn main() -> ExitCode {
         }
     };
     let ended = match &cli.command {
-        Command::Render(args) => render::run(args),
-        Command::Scene(args) => model::run(args),
-        Command::Diff(args) => diff::run(args),
+        None if cli.schema => tools::schema(),
+        None => Err(Failure::new(Exit::Usage, "nothing to do").hint("etendue --help tells what there is")),
+        Some(Command::Render(args)) => render::run(args),
+        Some(Command::Scene(args)) => model::run(args),
+        Some(Command::Info(args)) => info::run(args),
+        Some(Command::Convert(args)) => convert::run(args),
+        Some(Command::Completions(args)) => tools::completions(args),
+        Some(Command::Man(args)) => tools::man(args),
+        Some(Command::Diff(args)) => diff::run(args),
     };
     ended
         .unwrap_or_else(|failure| {

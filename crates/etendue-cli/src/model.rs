@@ -9,7 +9,7 @@ use etendue_scene::{
     Limits, SourceMap,
     image_file::{self, read_image},
     mesh_file::{self, MeshFile, MeshFormat, MeshLimits, unknown_kind},
-    model_scene::{self, ModelEnvironment, ModelOptions, model_scene},
+    model_scene::{self, ModelEnvironment, ModelOptions, ModelSurface, model_scene},
     output::atomic,
 };
 use std::{
@@ -64,6 +64,10 @@ pub fn scene_text(look: Look<'_>, mesh: &MeshFile, folder: Option<&Path>) -> Res
         None => None,
         Some(path) => Some(ModelEnvironment { file: name(path)?, brightness: brightness(path)? }),
     };
+    let surface = match &args.material {
+        Some(ModelSurface::Picture(path)) => Some(ModelSurface::Picture(name(path)?)),
+        other => other.clone(),
+    };
     let options = ModelOptions {
         file: name(look.model)?,
         environment,
@@ -71,7 +75,7 @@ pub fn scene_text(look: Look<'_>, mesh: &MeshFile, folder: Option<&Path>) -> Res
         ground: !args.no_ground,
         transparent: look.transparent,
         view: args.view,
-        material: args.material,
+        surface,
         size: look.size,
     };
     let path = look.model.display();

@@ -18,12 +18,15 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// The files asked for, or `NAME.png` and `NAME.exr` in the working directory for the input `NAME.toml`. Endings and
+    /// The files asked for, or `NAME.png` and `NAME.exr` in the working directory for the input `NAME.toml`, `NAME.obj.gz`. Endings and
     /// folders are checked here, so that no render ends with nowhere to go.
     pub fn plan(asked: &[PathBuf], input: &Path) -> Result<Self, Failure> {
         let mut paths = asked.to_vec();
         if paths.is_empty() {
-            let name = input.file_stem().ok_or_else(|| {
+            let gz = input.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gz"));
+            let plain = input.with_extension("");
+            let plain = if gz { &plain } else { input };
+            let name = plain.file_stem().ok_or_else(|| {
                 Failure::new(Exit::Usage, format!("`{}` names no file; say where to write with -o", input.display()))
             })?;
             paths = [Format::Png, Format::Exr].iter().map(|f| with_ending(name, *f)).collect();
@@ -109,6 +112,8 @@ mod tests {
         let outputs = Outputs::plan(&[], Path::new("some/where/a.b.toml")).unwrap();
         assert_eq!(outputs.names(), ["a.b.png", "a.b.exr"]);
         assert!(outputs.keeps_layers());
+        let outputs = Outputs::plan(&[], Path::new("where/a.b.ply.GZ")).unwrap();
+        assert_eq!(outputs.names(), ["a.b.png", "a.b.exr"]);
     }
 
     #[test]

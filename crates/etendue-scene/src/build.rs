@@ -9,6 +9,7 @@ use crate::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap,
     description::{Located, ObjectRecord, SceneDescription, ShapeRecord, Step},
     geometry,
+    import::{Import, LoadedTexture},
     mesh_file::MeshFile,
 };
 use etendue::{
@@ -57,6 +58,10 @@ pub struct Input {
     pub scene_hash: [u8; 32],
     /// The files read, in order.
     pub files: Vec<PathBuf>,
+    /// What came of each mesh file, in order; more than once of one that is smoothed in several ways.
+    pub imports: Vec<Import>,
+    /// The images of textures, by path.
+    pub textures: Vec<LoadedTexture>,
     /// Warnings and notes; no errors.
     pub findings: Diagnostics,
 }
@@ -98,7 +103,7 @@ pub fn build_with(
     let camera = view::camera(&description.camera, description.film.size, &builder.parts);
     let environment = description.environment.as_ref().and_then(|record| builder.loader.environment(record));
     let Builder { mut parts, loader, .. } = builder;
-    let Loader { mut findings, .. } = loader;
+    let Loader { mut findings, imports, textures, .. } = loader;
     let camera = match camera {
         Ok(camera) if !findings.has_errors() => camera,
         camera => {
@@ -131,6 +136,8 @@ pub fn build_with(
         accelerator: description.accelerator,
         scene_hash: scene_hash(sources),
         files: sources.ids().map(|id| sources.path(id).to_owned()).collect(),
+        imports,
+        textures: textures.images().collect(),
         findings,
     })
 }

@@ -11,6 +11,7 @@ mod find_file;
 pub mod geometry;
 pub mod gzip;
 pub mod image_file;
+pub mod import;
 mod indexed;
 mod limits;
 pub mod mesh_file;

@@ -151,7 +151,7 @@ fn choices_and_colours() {
          [materials.m]\ntype = \"rough-metal\"\nmetal = \"glod\"\ntint = \"#12345\"\n",
         &[
             "s.toml:3:10: error: `filter` has no `gausian` (expected one of `gaussian`, `box`, `tent`, `mitchell`, `lanczos`); did you mean `gaussian`?",
-            "s.toml:4:11: error: `tonemap` must be one of `srgb`, `reinhard`, `aces` (this is a table)",
+            "s.toml:4:11: error: `tonemap` must be one of `none`, `reinhard`, `aces`, `agx` (this is a table)",
             "s.toml:5:18: error: `aovs` has no `depht` (expected one of `albedo`, `normal`, `depth`, `position`, `uv`, `direct`, `indirect`, `alpha`, `ids`, `samples`, `variance`); did you mean `depth`?",
             "s.toml:5:27: error: layer `depth` is named twice (keep one of them)",
             "s.toml:7:8: error: `type` has no `kdtre` (expected one of `bvh`, `kdtree`, `brute`); did you mean `kdtree`?",

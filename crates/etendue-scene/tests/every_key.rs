@@ -53,7 +53,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[film]", "filter") => "{ type = \"box\", radius = 1 }",
         ("[film]", "crop") => "[1, 2, 3, 4]",
         ("[film]", "exposure") => "-1.5",
-        ("[film]", "tonemap") => "\"srgb\"",
+        ("[film]", "tonemap") => "\"none\"",
         ("[film]", "transparent") => "true",
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
         ("film.filter", "radius" | "sigma" | "b" | "c") => "0.75",

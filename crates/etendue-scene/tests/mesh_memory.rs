@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{check, read_obj, read_ply};
+use common::{check, read_obj, read_off, read_ply, read_stl};
 use etendue_scene::{
     SourceMap, gzip,
     mesh_file::{self, MeshLimits},
@@ -33,6 +33,8 @@ fn measure(name: &str, bytes: &[u8]) {
         let library = if name.contains("library") { bytes } else { b"" };
         check(&read_obj(bytes, library));
         check(&read_ply(bytes));
+        check(&read_stl(bytes));
+        check(&read_off(bytes));
         let _ = gzip::decompress(bytes, bytes.len() as u64 * 16);
     });
     let ratio = used as f64 / bytes.len() as f64;
@@ -152,6 +154,26 @@ fn memory_is_bounded_by_the_file() {
         ("backslashes", repeated("", line("\\\n"))),
         ("digits", repeated("v ", line("1"))),
         ("word", repeated("", line("a"))),
+    ] {
+        measure(name, &bytes);
+    }
+    let facet = |x: usize| format!("facet normal 0 0 1 outer loop vertex {x} 0 0 vertex 0 1 0 vertex 0 0 1 endloop\n");
+    let binary_stl = |facets: u32, byte: &dyn Fn(usize) -> u8| -> Vec<u8> {
+        let head = [&[0; 80][..], &facets.to_le_bytes()].concat();
+        head.into_iter().chain((0..50 * facets.min(20_000) as usize).map(byte)).collect()
+    };
+    for (name, bytes) in [
+        ("text facets", repeated("solid\n", facet)),
+        ("shortest text facets", repeated("solid\n", line("loop vertex 1 2 3 vertex 3 2 1 vertex 2 3 1 endloop\n"))),
+        ("a loop", repeated("solid\nloop\n", line("vertex 1 2 3\n"))),
+        ("solids", repeated("", line("solid a\n"))),
+        ("facets of many positions", binary_stl(20_000, &|i| (i.wrapping_mul(0x9e37_79b9) >> 8) as u8 & 0x3f)),
+        ("far too many facets", binary_stl(u32::MAX, &|_| 0)),
+        ("off vertices", repeated("OFF\n170000 0 0\n", line("0 0 0\n"))),
+        ("off faces", repeated("OFF\n3 170000 0\n0 0 0\n1 0 0\n0 1 0\n", line("3 0 1 2\n"))),
+        ("off faces of nothing", repeated("OFF\n0 500000 0\n", line("0\n"))),
+        ("an off polygon", repeated("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n500000 ", |i| format!("{} ", i % 3))),
+        ("far too many in off", repeated("OFF\n4000000000 4000000000 0\n", line("0 0 0\n"))),
     ] {
         measure(name, &bytes);
     }

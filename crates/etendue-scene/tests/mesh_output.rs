@@ -228,6 +228,19 @@ fn materials_groups_and_spheres_come_back() {
 }
 
 #[test]
+fn faces_without_a_name_stay_out_of_the_group_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = obj_with("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ng a\nf 2 3 1\ng\nf 3 2 1\nf 1 3 2\ng b\nf 2 1 3\n");
+    assert_eq!(file.groups.len(), 2);
+    assert_eq!(round_trip(folder.path(), MeshOutputFormat::Obj, &file).groups, file.groups);
+    let mut file = file;
+    file.groups = vec![Group { object: Some("c".to_owned()), group: None, faces: 1..2 }];
+    let back = round_trip(folder.path(), MeshOutputFormat::Obj, &file);
+    let names: Vec<_> = back.groups.iter().map(|g| (g.object.as_deref(), g.faces.clone())).collect();
+    assert_eq!(names, [(Some("c"), 1..2), (Some("unnamed"), 2..5)]);
+}
+
+#[test]
 fn textures_are_named_from_the_new_place() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("out")).unwrap();

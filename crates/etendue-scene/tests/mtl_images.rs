@@ -33,7 +33,7 @@ fn material(keys: &str) -> Material<TextureRecord> {
 fn named(name: &str, keys: &str) -> Material<TextureRecord> {
     let (library, _) = library(&format!("newmtl {name}\n{}\n", keys.replace("; ", "\n")));
     assert_eq!(library.materials.len(), 1, "{keys}");
-    library.materials[0].material.clone()
+    (*library.materials[0].material).clone()
 }
 
 /// What a parameter must be: its factor, and the file of its texture.
@@ -280,6 +280,17 @@ fn names_with_a_meaning() {
     let expected =
         "m.mtl:1:1: warning: `GlobalScatter` stands for a scattering medium, which is not rendered (1 material)";
     assert_eq!(said, [expected]);
+}
+
+#[test]
+fn there_is_an_end_to_materials() {
+    let text: String = (0..20_000).map(|i| format!("newmtl {i}\nKd 0.{i}\n")).collect();
+    let (library, _) = library(&text);
+    let last = library.materials.last().unwrap();
+    assert_eq!((library.materials.len(), last.name.as_str()), (16384, "16383"));
+    let Scattering::Diffuse { reflectance, .. } = &last.material.scattering else { panic!() };
+    assert_eq!(reflectance.factor, Spectrum::splat(0.16383));
+    assert_eq!(library.findings.count(Severity::Warning), 1);
 }
 
 /// As "KEY STATUS COUNT LINE".

@@ -1,7 +1,7 @@
 //! From linear light to 8-bit sRGB: exposure, tone curve, transfer function.
 //!
-//! The default curve is the plain sRGB transfer with clipping, what Mitsuba, pbrt and most others write, so that pictures
-//! can be compared; the others trade that for softer highlights.
+//! The default is no curve but clipping, what Mitsuba, pbrt and most others write, so that pictures can be compared; the
+//! others trade that for softer highlights.
 
 use std::fmt;
 use std::str::FromStr;
@@ -14,13 +14,16 @@ use crate::math::{exp_wide, exp2, ln_wide, pow};
 pub enum ToneCurve {
     /// Each channel clipped at 1.
     #[default]
-    Srgb,
+    None,
     /// Luminance L to L (1 + L / 16) / (1 + L), so that L = 4 is white (Reinhard et al., "Photographic Tone Reproduction
     /// for Digital Images", 2002, equation 4), then clipped. Keeps hues until a channel clips.
     Reinhard,
     /// The ACES reference rendering and Rec. 709 display transforms in Hill's fit (BakingLab, 2015). Raises contrast,
     /// highlights pass into white.
     Aces,
+    /// Sobotka's AgX with its base look (github.com/sobotka/AgX, 2022): channels mixed a little, 16.5 stops about middle grey
+    /// through a sigmoid, and unmixed. Bright colours pass into white without turning their hue.
+    AgX,
 }
 
 /// Beyond this everything is white in every curve; keeps the arithmetic finite.
@@ -28,14 +31,15 @@ const LARGE: f32 = 1e9;
 
 impl ToneCurve {
     /// Every curve.
-    pub const ALL: [Self; 3] = [Self::Srgb, Self::Reinhard, Self::Aces];
+    pub const ALL: [Self; 4] = [Self::None, Self::Reinhard, Self::Aces, Self::AgX];
 
     /// The name it has in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Srgb => "srgb",
+            Self::None => "none",
             Self::Reinhard => "reinhard",
             Self::Aces => "aces",
+            Self::AgX => "agx",
         }
     }
 
@@ -43,9 +47,10 @@ impl ToneCurve {
     pub fn apply(self, rgb: [f32; 3]) -> [f32; 3] {
         let rgb = rgb.map(|c| positive(c, LARGE));
         let mapped = match self {
-            Self::Srgb => rgb,
+            Self::None => rgb,
             Self::Reinhard => reinhard(rgb),
             Self::Aces => aces(rgb),
+            Self::AgX => agx(rgb),
         };
         mapped.map(|c| c.clamp(0.0, 1.0))
     }
@@ -68,6 +73,38 @@ fn aces(rgb: [f32; 3]) -> [f32; 3] {
     let multiply = |m: [[f32; 3]; 3], v: [f32; 3]| m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
     let fit = |v: f32| (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951) + 0.238_081);
     multiply(OUT, multiply(IN, rgb).map(fit))
+}
+
+/// AgX after its published configuration and the short form of Wrensch, "Minimal AgX Implementation" (iolite-engine.com,
+/// 2023), but with the sigmoid itself instead of a polynomial, so that black is black, white is white and nothing falls.
+fn agx(rgb: [f32; 3]) -> [f32; 3] {
+    // Both matrices are a scaling plus one share for all channels; the shares add up to 1 - SCALE, so greys stay grey.
+    const SCALE: f32 = 0.8;
+    const SHARES: [f32; 3] = [0.042_401_07, 0.078_436_5, 0.079_162_43];
+    const MIDDLE_GREY: f32 = 0.18;
+    const STOPS_BELOW: f64 = 10.0;
+    const STOPS: f64 = 16.5;
+    let common = |v: [f32; 3]| SHARES[0] * v[0] + SHARES[1] * v[1] + SHARES[2] * v[2];
+    let mixed = rgb.map(|c| SCALE * c + common(rgb));
+    let formed = mixed.map(|c| {
+        let stops = ln_wide(c / MIDDLE_GREY) * std::f64::consts::LOG2_E;
+        sigmoid(((stops + STOPS_BELOW) / STOPS).clamp(0.0, 1.0) as f32)
+    });
+    // The sigmoid's values are encoded for a display of gamma 2.2.
+    formed.map(|c| pow(((c - common(formed)) / SCALE).max(0.0), 2.2))
+}
+
+/// Through (0, 0), (1, 1) and with slope 2 through the pivot (10 / 16.5, 1 / 2).
+fn sigmoid(x: f32) -> f32 {
+    const PIVOT: f32 = 10.0 / 16.5;
+    const SLOPE: f32 = 2.0;
+    if x <= 0.0 {
+        // Exactly, whatever the rounding of what follows.
+        return 0.0;
+    }
+    let from_pivot = x - PIVOT;
+    let (bend, power) = if from_pivot < 0.0 { (59.507_875, 3.0) } else { (69.862_79, 3.25) };
+    0.5 + SLOPE * from_pivot * pow(1.0 + bend * pow(from_pivot.abs(), power), -1.0 / power)
 }
 
 impl fmt::Display for ToneCurve {
@@ -141,7 +178,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(ToneCurve::Srgb.apply([f32::NAN, 0.5, f32::NEG_INFINITY]), [0.0, 0.5, 0.0]);
+        assert_eq!(ToneCurve::None.apply([f32::NAN, 0.5, f32::NEG_INFINITY]), [0.0, 0.5, 0.0]);
     }
 
     #[test]
@@ -157,11 +194,44 @@ mod tests {
             }
             assert!(last[0] > 0.999, "{curve}");
         }
-        // White points and a value by hand.
+        // White points and values by hand.
+        let grey = ToneCurve::AgX.apply([0.18; 3]);
+        assert!(grey.iter().all(|c| (f64::from(*c) - 0.5f64.powf(2.2)).abs() < 1e-5), "{grey:?}");
+        assert!(ToneCurve::AgX.apply([0.18 * 2f32.powi(-10); 3])[0] < 1e-6);
+        assert!(ToneCurve::AgX.apply([0.18 * 2f32.powf(6.5); 3])[0] > 0.9999);
         let mapped = ToneCurve::Reinhard.apply([4.0; 3]);
         assert!((mapped[0] - 1.0).abs() < 1e-6);
         let mapped = ToneCurve::Reinhard.apply([1.0; 3]);
         assert!((mapped[0] - 17.0 / 32.0).abs() < 1e-6);
+    }
+
+    /// The reference numbers follow AgX's configuration step by step with its own matrices, in f64.
+    #[test]
+    fn agx_as_configured() {
+        const INSET: [[f64; 3]; 3] = [
+            [0.842_479_062_253_094, 0.078_433_599_999_999_2, 0.079_223_745_147_764_3],
+            [0.042_328_242_261_012_3, 0.878_468_636_469_772, 0.079_166_127_460_543_4],
+            [0.042_375_654_905_705_1, 0.078_433_6, 0.879_142_973_793_104],
+        ];
+        const OUTSET: [[f64; 3]; 3] = [
+            [1.196_879_005_120_17, -0.098_020_881_140_136_8, -0.099_029_744_079_720_5],
+            [-0.052_896_851_757_456_2, 1.151_903_129_904_17, -0.098_961_176_844_843_3],
+            [-0.052_971_635_514_443_8, -0.098_043_450_117_124_1, 1.151_073_672_641_16],
+        ];
+        let multiply = |m: [[f64; 3]; 3], v: [f64; 3]| m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
+        // Wrensch's polynomial of degree 7: off by up to 0.01 at its ends, which the last matrix enlarges.
+        let curve = |x: f64| {
+            let coefficients = [-17.86, 78.01, -126.7, 92.06, -28.72, 4.361, -0.1718, 0.002_857];
+            coefficients.into_iter().fold(0.0, |sum, c| sum * x + c)
+        };
+        for rgb in [[0.18, 0.18, 0.18], [1.0, 0.2, 0.05], [0.0, 3.0, 0.4], [8.0, 0.1, 9.0], [0.01, 0.02, 0.03]] {
+            let encode = |c: f64| curve(((c.log2() + 12.473_93) / 16.5).clamp(0.0, 1.0));
+            let expected = multiply(OUTSET, multiply(INSET, rgb).map(encode));
+            let mapped = ToneCurve::AgX.apply(rgb.map(|c| c as f32)).map(|c| f64::from(c).powf(1.0 / 2.2));
+            for (mapped, expected) in mapped.into_iter().zip(expected) {
+                assert!((mapped - expected.clamp(0.0, 1.0)).abs() < 0.02, "{rgb:?}: {mapped}, not {expected}");
+            }
+        }
     }
 
     #[test]
@@ -179,6 +249,6 @@ mod tests {
             assert_eq!(curve.to_string().parse(), Ok(curve));
         }
         assert!("filmic".parse::<ToneCurve>().is_err());
-        assert_eq!(ToneCurve::default(), ToneCurve::Srgb);
+        assert_eq!(ToneCurve::default(), ToneCurve::None);
     }
 }

@@ -4,6 +4,7 @@ mod common;
 
 use common::*;
 use etendue::{
+    camera::{Aperture, CameraSettings, FovAxis, Projection},
     film::{Aov, Film, FilmSettings},
     image::{ChannelData, Image},
     integrator::Integrator,
@@ -125,14 +126,27 @@ fn same_bits_for_any_accelerator_and_instruction_set() {
     }
 }
 
-/// Every sampler and filter, with all layers and a transparent background.
+/// Every sampler, filter and aperture, with all layers and a transparent background.
 #[test]
-fn same_bits_for_every_sampler_and_filter() {
+fn same_bits_for_every_sampler_filter_and_aperture() {
     let scene = scene(AcceleratorKind::Bvh, Isa::detect());
-    let view = camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0));
-    let filters = Filter::ALL.map(|filter| (Sampler::default(), filter));
-    let samplers = Sampler::ALL.map(|sampler| (sampler, Filter::default()));
-    for (sampler, filter) in filters.into_iter().chain(samplers) {
+    let lens = |aperture| CameraSettings {
+        projection: Projection::Perspective {
+            fov: 0.7,
+            axis: FovAxis::X,
+            lens_radius: 0.2,
+            aperture,
+            focus_distance: 5.5,
+        },
+        ..camera(dvec3(0.5, 0.8, 6.0), dvec3(0.0, 0.0, 0.0))
+    };
+    let apertures =
+        [Aperture::Round, Aperture::Square { rotation: 0.3 }, Aperture::Polygon { blades: 5, rotation: -0.2 }];
+    let cases = apertures.map(|aperture| (Sampler::default(), Filter::default(), aperture)).into_iter();
+    let cases = cases.chain(Filter::ALL.map(|filter| (Sampler::default(), filter, Aperture::Round)));
+    let cases = cases.chain(Sampler::ALL.map(|sampler| (sampler, Filter::default(), Aperture::Round)));
+    for (sampler, filter, aperture) in cases {
+        let view = lens(aperture);
         let picture = |crop, threads, tile, wave| {
             let settings = FilmSettings { resolution: [24, 18], crop, aovs: Aov::ALL.to_vec(), transparent: true };
             let film = Film::new(&settings).expect("a film");
@@ -141,11 +155,11 @@ fn same_bits_for_every_sampler_and_filter() {
             bits(&film.develop())
         };
         let reference = picture(None, 1, 32, 256);
-        assert_eq!(reference, picture(None, 3, 5, 17), "{sampler}, {filter}");
+        assert_eq!(reference, picture(None, 3, 5, 17), "{sampler}, {filter}, {aperture:?}");
         let [x0, y0, x1, y1] = [7, 3, 20, 15];
         for ((name, whole), (_, part)) in reference.iter().zip(&picture(Some([x0, y0, x1, y1]), 2, 4096, 1000)) {
             let cut: Vec<u32> = (y0..y1).flat_map(|y| (x0..x1).map(move |x| whole[(y * 24 + x) as usize])).collect();
-            assert_eq!(&cut, part, "{name}, {sampler}, {filter}");
+            assert_eq!(&cut, part, "{name}, {sampler}, {filter}, {aperture:?}");
         }
     }
 }

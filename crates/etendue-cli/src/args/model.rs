@@ -1,9 +1,13 @@
 //! How a model is shown that comes without a scene file.
 
 use super::{names, parse_size};
-use clap::{Args, builder::PossibleValue};
-use etendue_scene::model_scene::{ModelMaterial, ModelView, UpAxis};
-use std::path::PathBuf;
+use clap::{
+    Arg, Args, Command,
+    builder::{PossibleValue, TypedValueParser},
+    error::ErrorKind,
+};
+use etendue_scene::model_scene::{ModelMaterial, ModelSurface, ModelView, UpAxis};
+use std::{ffi::OsStr, path::PathBuf};
 
 /// Options of the automatic scene.
 #[derive(Clone, Debug, Default, Args)]
@@ -25,9 +29,9 @@ pub struct ModelArgs {
     #[arg(long, value_name = "VIEW", value_parser = names(&ModelView::ALL, ModelView::name))]
     pub view: Option<ModelView>,
 
-    /// Make the model of this, whatever its own materials are
-    #[arg(long, value_name = "M", value_parser = materials())]
-    pub material: Option<ModelMaterial>,
+    /// Make the model of this, whatever its own materials are; or lay on a picture (.png, .jpg, ...) by its texture coordinates
+    #[arg(long, value_name = "M", value_parser = SurfaceParser)]
+    pub material: Option<ModelSurface>,
 }
 
 impl ModelArgs {
@@ -44,12 +48,34 @@ impl ModelArgs {
     }
 }
 
-fn materials() -> impl clap::builder::TypedValueParser<Value = ModelMaterial> {
-    use clap::builder::TypedValueParser;
-    let values = ModelMaterial::all().map(|m| PossibleValue::new(m.name()).help(m.words()));
-    clap::builder::PossibleValuesParser::new(values).try_map(|given| {
-        ModelMaterial::all().find(|m| m.name() == given).ok_or_else(|| format!("`{given}` is not known"))
-    })
+/// Names of materials, and of picture files.
+#[derive(Clone)]
+struct SurfaceParser;
+
+impl TypedValueParser for SurfaceParser {
+    type Value = ModelSurface;
+
+    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<ModelSurface, clap::Error> {
+        let known = ModelMaterial::all().find(|m| Some(m.name()) == value.to_str());
+        if let Some(material) = known {
+            return Ok(ModelSurface::Material(material));
+        }
+        let path = PathBuf::from(value);
+        if path.extension().is_some() || path.is_file() {
+            return Ok(ModelSurface::Picture(path));
+        }
+        let names: Vec<&str> = ModelMaterial::all().map(ModelMaterial::name).collect();
+        let message = format!(
+            "no material is called `{}`\n  [possible values: {}, or a picture file]\n",
+            path.display(),
+            names.join(", ")
+        );
+        Err(clap::Error::raw(ErrorKind::InvalidValue, message).with_cmd(command))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(ModelMaterial::all().map(|m| PossibleValue::new(m.name()).help(m.words()))))
+    }
 }
 
 const SCENE_EXAMPLES: &str = "\
@@ -57,6 +83,7 @@ Examples:
   etendue scene bunny.obj -o bunny.toml            then edit it, and etendue render bunny.toml
   etendue scene part.stl --up z --view front       the scene on standard output
   etendue scene cow.obj --env sky.hdr --material gold -o cow.toml
+  etendue scene cow.obj --material cow.png -o cow.toml
 
 What is written is exactly what `etendue render MODEL` with the same options shows.";
 

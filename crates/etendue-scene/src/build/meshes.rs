@@ -4,6 +4,7 @@ use super::textures::{TextureFiles, Textures};
 use crate::{
     Diagnostic, Diagnostics, Limits, Origin, Severity, SourceMap, crease,
     description::{Located, MeshRecord, MeshSource, SceneDescription, TextureRecord},
+    import::Import,
     mesh_file::{self, MeshFile, MeshFormat, MeshLimits, Sphere},
 };
 use etendue::{
@@ -65,7 +66,10 @@ pub struct Loader<'a> {
     /// Mesh files that were read before, by path.
     loaded: BTreeMap<PathBuf, MeshFile>,
     primitives: usize,
-    textures: Textures,
+    /// The images of textures.
+    pub textures: Textures,
+    /// What came of each mesh file.
+    pub imports: Vec<Import>,
     /// What was found.
     pub findings: Diagnostics,
 }
@@ -87,6 +91,7 @@ impl<'a> Loader<'a> {
             loaded,
             primitives: 0,
             textures: Textures::default(),
+            imports: Vec::new(),
             findings: Diagnostics::new(),
         }
     }
@@ -172,6 +177,7 @@ impl<'a> Loader<'a> {
         crease_angle: Option<f64>,
         parts: &mut SceneParts,
     ) -> Option<Geometry> {
+        self.imports.push(Import::new(path, &file));
         let MeshFile { mut mesh, spheres, materials, notes, .. } = file;
         self.findings.append(notes);
         self.count(mesh.indices.len().saturating_add(spheres.len()), origin)?;

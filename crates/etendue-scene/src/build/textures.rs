@@ -2,7 +2,7 @@
 
 use crate::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap, description::TextureRecord, find_file::find_file,
-    image_file::decode_texture,
+    image_file::decode_texture, import::LoadedTexture,
 };
 use etendue::texture::{Texture, TextureImage, Transfer};
 use std::{
@@ -35,6 +35,12 @@ pub struct Textures {
 }
 
 impl Textures {
+    /// The images, by path.
+    pub fn images(&self) -> impl Iterator<Item = LoadedTexture> + '_ {
+        let read = self.files.iter().filter_map(|(path, image)| Some((path, image.as_ref()?)));
+        read.map(|(path, image)| LoadedTexture { path: path.clone(), image: image.clone() })
+    }
+
     /// The texture of a record; `transfer` is what its samples mean if the record does not say. `None` if it cannot be read,
     /// which is reported.
     pub fn load(

@@ -8,16 +8,16 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Albedo of the ground.
-const GROUND: f64 = 0.78;
+const GROUND: f64 = 0.5;
 /// How far the ground reaches, and how far below the model it lies, in diagonals of the model.
 const GROUND_REACH: f64 = 300.0;
 const GROUND_GAP: f64 = 1e-4;
 /// Radiance of the sky above.
-const SKY: [f64; 3] = [0.55, 0.58, 0.62];
+const SKY: [f64; 3] = [0.44, 0.45, 0.47];
 /// The lamp: its side and its distance in diagonals of the model, its irradiance at the model's middle.
-const LAMP_SIDE: f64 = 1.6;
+const LAMP_SIDE: f64 = 1.2;
 const LAMP_DISTANCE: f64 = 2.6;
-const LAMP: [f64; 3] = [2.3, 2.22, 2.1];
+const LAMP: [f64; 3] = [3.1, 3.0, 2.85];
 
 /// Radiance at the horizon such that the ground far away, which only the sky lights, has the same: a seam that cannot be seen.
 ///
@@ -69,7 +69,7 @@ pub fn lamp(survey: &Survey, stand: &Stand) -> String {
     let position = rounded_vector(center + toward * (LAMP_DISTANCE * size), size);
     let target = rounded_vector(center, size);
     let side = rounded(LAMP_SIDE * size, size);
-    let radiance = LAMP.map(|e| rounded(e / rectangle_solid_angle(), 0.1));
+    let radiance = LAMP.map(|e| rounded(e / rectangle_solid_angle(), 10.0));
     let side = numbers([side, side]);
     format!(
         "[materials.lamp]\ntype = \"black\"\nemission = {}\n\n# A large soft lamp from the upper left.\n[[objects]]\n\
@@ -90,11 +90,11 @@ fn rectangle_solid_angle() -> f64 {
 /// Stops that bring the mean radiance in a room of grey walls, lit by the model's own emission, to what suits the eye.
 pub fn own_exposure(survey: &Survey) -> f64 {
     const ALBEDO: f64 = 0.5;
-    const WANTED: f64 = 0.2;
+    const WANTED: f64 = 0.13;
     let size = survey.size();
     let walls = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
-    // Flux pi L A, spread over the walls, reflected again and again.
-    let radiance = PI * survey.emitted / walls * ALBEDO / (1.0 - ALBEDO) / PI;
+    // The flux pi L A, spread over the walls and reflected again and again, leaves them as radiance: over pi.
+    let radiance = survey.emitted / walls * ALBEDO / (1.0 - ALBEDO);
     stops(WANTED / radiance)
 }
 
@@ -106,7 +106,7 @@ pub fn stops(factor: f64) -> f64 {
 
 /// How bright an equirectangular picture is: the irradiance of a level ground under it, divided by pi. `None` without colour.
 pub fn brightness(image: &Image) -> Option<f64> {
-    let channels: Vec<&[f32]> = ["R", "G", "B"].iter().filter_map(|name| image.f32_channel(name)).collect();
+    let channels: Vec<&[f32]> = ["R", "G", "B", "Y"].iter().filter_map(|name| image.f32_channel(name)).collect();
     if channels.is_empty() {
         return None;
     }

@@ -4,9 +4,9 @@ use etendue::bsdf::metals;
 
 /// Names, what they are, and the keys of `[materials.NAME]` that make them.
 const MADE: [(&str, &str, &str); 7] = [
-    ("clay", "grey and matt", "type = \"diffuse\"\nreflectance = 0.5"),
+    ("clay", "grey and matt", "type = \"diffuse\"\nreflectance = [0.6, 0.585, 0.565]"),
     ("plaster", "white and matt", "type = \"diffuse\"\nreflectance = 0.8"),
-    ("plastic", "grey with a gloss", "type = \"mtl\"\ndiffuse = 0.45\nspecular = 0.05\nalpha = 0.15"),
+    ("plastic", "grey with a gloss", "type = \"mtl\"\ndiffuse = 0.5\nspecular = 0.05\nalpha = 0.1"),
     ("glass", "clear", "type = \"glass\"\nior = 1.5"),
     ("frosted-glass", "clear and rough", "type = \"rough-glass\"\nior = 1.5\nalpha = 0.25"),
     ("mirror", "reflects all light", "type = \"mirror\"\nreflectance = 0.95"),

@@ -15,7 +15,7 @@ use crate::{
 use etendue::math::{DMat3, DVec3};
 pub use light::brightness;
 pub use material::ModelMaterial;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use survey::{Model, Survey};
 pub use view::ModelView;
 use view::{Room, Stand};
@@ -52,6 +52,15 @@ pub struct ModelEnvironment {
     pub brightness: f64,
 }
 
+/// What a model is made of, instead of its own materials.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ModelSurface {
+    /// A material by name.
+    Material(ModelMaterial),
+    /// Matt, coloured by a picture on the model's texture coordinates; its file name as the scene file will have it.
+    Picture(PathBuf),
+}
+
 /// What an automatic scene may be asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelOptions {
@@ -68,7 +77,7 @@ pub struct ModelOptions {
     /// Where it is looked at from; absent: chosen by what the model is.
     pub view: Option<ModelView>,
     /// Replaces the model's own materials; absent: those, or clay.
-    pub material: Option<ModelMaterial>,
+    pub surface: Option<ModelSurface>,
     /// Width and height of the picture, pixels; absent: chosen.
     pub size: Option<[u32; 2]>,
 }
@@ -82,6 +91,9 @@ pub enum ModelError {
     /// All faces are points or lines.
     #[error("the faces of the model have no area: there is nothing to look at")]
     NoArea,
+    /// A picture is to be laid on, but nothing says where.
+    #[error("the model has no texture coordinates for the picture to lie on")]
+    NoCoordinates,
     /// Too far apart for single precision, or too far away.
     #[error("the model is too large or too far from its origin: it reaches to {0:e}")]
     TooFar(f64),
@@ -101,18 +113,30 @@ pub fn model_scene(mesh: &MeshFile, options: &ModelOptions) -> Result<String, Mo
     if mesh.mesh.indices.is_empty() && mesh.spheres.is_empty() {
         return Err(ModelError::Empty);
     }
+    if matches!(options.surface, Some(ModelSurface::Picture(_))) && mesh.mesh.uvs.is_none() {
+        return Err(ModelError::NoCoordinates);
+    }
     let upright = match options.up {
         UpAxis::Y => DMat3::IDENTITY,
         UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
     };
     let scale = scale(&Model::new(mesh, upright))?;
     let model = Model::new(mesh, upright * scale);
-    let survey = model.survey(options.material.is_none());
+    let survey = model.survey(options.surface.is_none());
     if !(survey.area > 0.0 && survey.size().length() > 0.0) {
         return Err(ModelError::NoArea);
     }
     let scene = Plan::new(&model, &survey, mesh, options);
     scene.write(scale)
+}
+
+/// The text of the least scene file that reads a model: for a look at what the model holds.
+///
+/// # Errors
+/// [`ModelError::Name`].
+pub fn bare(model: &Path) -> Result<String, ModelError> {
+    let file = text(name(model)?);
+    Ok(format!("camera = {{ position = [0, 0, 1], look_at = [0, 0, 0] }}\n[[objects]]\nfile = {file}\n"))
 }
 
 /// A power of ten that brings models of the size of galaxies or molecules to where single precision can work on them: 1 for
@@ -134,6 +158,23 @@ fn scale(model: &Model) -> Result<f64, ModelError> {
     if usable { Ok(scale) } else { Err(ModelError::TooFar(farthest)) }
 }
 
+/// A power of ten as factors that a scene file takes, which refuses such as could be meant to be 0.
+fn scale_steps(scale: f64) -> Vec<f64> {
+    const STEP: f64 = 1e10;
+    let mut steps = Vec::new();
+    let mut left = scale;
+    while left < 1.0 / STEP {
+        steps.push(1.0 / STEP);
+        left *= STEP;
+    }
+    // Rounding of the products must not show in the file.
+    let left = libm::pow(10.0, libm::round(libm::log10(left)));
+    if left != 1.0 {
+        steps.push(left);
+    }
+    steps
+}
+
 /// What is decided about a scene.
 struct Plan<'a> {
     survey: &'a Survey,
@@ -142,7 +183,7 @@ struct Plan<'a> {
     stand: Stand,
     /// The model emits, and nothing else was asked to light it.
     lights_itself: bool,
-    material: Option<ModelMaterial>,
+    surface: Option<ModelSurface>,
     /// Faces without normals, which may be smoothed.
     is_faceted: bool,
     faces: usize,
@@ -150,6 +191,7 @@ struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     fn new(model: &Model, survey: &'a Survey, mesh: &MeshFile, options: &'a ModelOptions) -> Self {
+        let default = ModelSurface::Material(ModelMaterial::DEFAULT);
         let emits = survey.emitted > 0.0;
         let room = if emits { Room::of(survey) } else { Room::No };
         let aspect = if options.view.is_none() { room.aspect(survey) } else { None };
@@ -160,7 +202,7 @@ impl<'a> Plan<'a> {
             size,
             stand: view::stand(model, survey, options.view, room, size),
             lights_itself: emits && options.environment.is_none(),
-            material: options.material.or(mesh.materials.is_empty().then_some(ModelMaterial::DEFAULT)),
+            surface: options.surface.clone().or(mesh.materials.is_empty().then_some(default)),
             is_faceted: mesh.mesh.normals.is_none() && !mesh.mesh.indices.is_empty(),
             faces: mesh.mesh.indices.len() + mesh.spheres.len(),
         }
@@ -241,20 +283,25 @@ impl<'a> Plan<'a> {
 
     fn model(&self, scale: f64) -> Result<String, ModelError> {
         let mut lines = String::new();
-        if let Some(material) = self.material {
-            lines += &format!("[materials.model]\n{}\n\n", material.keys());
+        let keys = match &self.surface {
+            None => None,
+            Some(ModelSurface::Material(material)) => Some(material.keys()),
+            Some(ModelSurface::Picture(file)) => {
+                Some(format!("type = \"diffuse\"\nreflectance = {{ file = {} }}", text(name(file)?)))
+            }
+        };
+        if let Some(keys) = &keys {
+            lines += &format!("[materials.model]\n{keys}\n\n");
         }
         lines += &format!("[[objects]]\nname = \"model\"\nfile = {}\n", text(name(&self.options.file)?));
-        if self.material.is_some() {
+        if keys.is_some() {
             lines += "material = \"model\"\n";
         }
         if self.is_faceted {
             lines += "crease_angle = 30 # the file has no normals: smooth where faces meet at less than this\n";
         }
         let mut steps = Vec::new();
-        if scale != 1.0 {
-            steps.push(format!("{{ scale = {} }}", number(scale)));
-        }
+        steps.extend(scale_steps(scale).into_iter().map(|step| format!("{{ scale = {} }}", number(step))));
         if self.options.up == UpAxis::Z {
             steps.push("{ rotate = { axis = \"x\", angle = -90 } }".to_owned());
         }
@@ -273,6 +320,6 @@ fn size_of_aspect(aspect: f64) -> [u32; 2] {
     [height * aspect, height].map(|side| 2 * libm::round(side / 2.0) as u32)
 }
 
-fn name(path: &std::path::Path) -> Result<&str, ModelError> {
+fn name(path: &Path) -> Result<&str, ModelError> {
     path.to_str().ok_or_else(|| ModelError::Name(path.to_owned()))
 }

@@ -87,14 +87,22 @@ struct Parser<'a> {
     cursor: Cursor<'a>,
     file: FileId,
     records: Vec<Record>,
+    /// Within a material beyond the most.
+    is_beyond: bool,
     errors: Diagnostics,
     ignored: Tally<Ignored>,
 }
 
 /// Reads a material library.
 pub fn read(bytes: &[u8], file: FileId) -> MaterialLibrary {
-    let mut parser =
-        Parser { cursor: Cursor::new(bytes), file, records: vec![], errors: Diagnostics::new(), ignored: Tally::new() };
+    let mut parser = Parser {
+        cursor: Cursor::new(bytes),
+        file,
+        records: vec![],
+        is_beyond: false,
+        errors: Diagnostics::new(),
+        ignored: Tally::new(),
+    };
     while !parser.cursor.is_done() && !parser.errors.is_full(Severity::Error) {
         parser.statement();
         parser.cursor.next_line();
@@ -112,6 +120,9 @@ impl Parser<'_> {
         }
         if key == b"newmtl" {
             return self.begin(word);
+        }
+        if self.is_beyond {
+            return;
         }
         if self.records.is_empty() {
             return self.ignored.add(Ignored::BeforeFirst, key, self.file, word);
@@ -131,6 +142,7 @@ impl Parser<'_> {
         let name = self.cursor.name();
         let place = word.start..name.end.max(word.end);
         if self.records.len() == MOST_MATERIALS {
+            self.is_beyond = true;
             let most = MOST_MATERIALS.to_string();
             return self.ignored.add(Ignored::TooMany, most.as_bytes(), self.file, place);
         }

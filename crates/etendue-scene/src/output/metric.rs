@@ -1,5 +1,6 @@
 //! How far a picture is from a reference.
 
+use super::flip;
 use etendue::image::Image;
 use std::fmt;
 
@@ -12,11 +13,15 @@ pub enum Metric {
     Mse,
     /// Mean of |a - b|.
     Mae,
+    /// FLIP of colours as displayed, clamped to [0, 1]; see [`flip`].
+    Flip,
+    /// FLIP of colours of any range, the largest over exposures; see [`flip`].
+    HdrFlip,
 }
 
 impl Metric {
     /// Every metric.
-    pub const ALL: [Self; 3] = [Self::RelMse, Self::Mse, Self::Mae];
+    pub const ALL: [Self; 5] = [Self::RelMse, Self::Mse, Self::Mae, Self::Flip, Self::HdrFlip];
 
     /// As on the command line.
     pub const fn name(self) -> &'static str {
@@ -24,17 +29,18 @@ impl Metric {
             Self::RelMse => "relmse",
             Self::Mse => "mse",
             Self::Mae => "mae",
+            Self::Flip => "flip",
+            Self::HdrFlip => "hdr-flip",
         }
     }
 
-    /// The error of one sample.
-    pub fn error(self, a: f32, b: f32) -> f64 {
-        let (a, b) = (f64::from(a), f64::from(b));
-        let d = a - b;
+    /// The error of one sample, where it depends on nothing else.
+    fn of_samples(self) -> Option<fn(f64, f64) -> f64> {
         match self {
-            Self::RelMse => d * d / (b * b + 0.01),
-            Self::Mse => d * d,
-            Self::Mae => d.abs(),
+            Self::RelMse => Some(|a, b| (a - b) * (a - b) / (b * b + 0.01)),
+            Self::Mse => Some(|a, b| (a - b) * (a - b)),
+            Self::Mae => Some(|a, b| (a - b).abs()),
+            Self::Flip | Self::HdrFlip => None,
         }
     }
 
@@ -64,14 +70,18 @@ pub enum CompareError {
     /// No channel is in both.
     #[error("the pictures have no channel of floats in common")]
     Channels,
+    /// FLIP compares colours.
+    #[error("FLIP compares colours: both pictures must have the channels R, G and B")]
+    NoColor,
 }
 
 /// The outcome of a comparison.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// Mean of the error over all pixels and channels where both pictures are finite; 0 if there are none.
+    /// Mean of the error over all pixels, and channels unless the metric is of colours, where both pictures are finite; 0 if
+    /// there are none.
     pub mean: f64,
-    /// Largest error of a sample.
+    /// Largest error of a sample, or a pixel.
     pub max: f64,
     /// Pixel of the largest error.
     pub max_at: [u32; 2],
@@ -97,7 +107,9 @@ pub fn compare(a: &Image, b: &Image, metric: Metric) -> Result<Comparison, Compa
     if pairs.is_empty() {
         return Err(CompareError::Channels);
     }
+    let errors = Errors::new(pairs, metric, a.width as usize)?;
     let place = |pixel: usize| [(pixel % a.width as usize) as u32, (pixel / a.width as usize) as u32];
+    let pixels = a.width as usize * a.height as usize;
     let mut result = Comparison {
         mean: 0.0,
         max: 0.0,
@@ -105,32 +117,83 @@ pub fn compare(a: &Image, b: &Image, metric: Metric) -> Result<Comparison, Compa
         nonfinite: 0,
         first_nonfinite: None,
         channels,
-        pixels: Vec::with_capacity(pairs[0].0.len()),
+        pixels: Vec::with_capacity(pixels),
     };
     let mut sum = 0.0;
-    for pixel in 0..pairs[0].0.len() {
-        if pairs.iter().any(|(a, b)| !a[pixel].is_finite() || !b[pixel].is_finite()) {
+    for pixel in 0..pixels {
+        if !errors.are_finite(pixel) {
             result.nonfinite += 1;
             result.first_nonfinite.get_or_insert(place(pixel));
             result.pixels.push(f64::NAN);
             continue;
         }
         let mut pixel_sum = 0.0;
-        for (a, b) in &pairs {
-            let error = metric.error(a[pixel], b[pixel]);
+        for i in 0..errors.a_pixel() {
+            let error = errors.of(pixel, i);
             pixel_sum += error;
             if error > result.max {
                 (result.max, result.max_at) = (error, place(pixel));
             }
         }
         sum += pixel_sum;
-        result.pixels.push(pixel_sum / pairs.len() as f64);
+        result.pixels.push(pixel_sum / errors.a_pixel() as f64);
     }
-    let finite = result.pixels.len() as u64 - result.nonfinite;
+    let finite = pixels as u64 - result.nonfinite;
     if finite > 0 {
-        result.mean = sum / (finite * pairs.len() as u64) as f64;
+        result.mean = sum / (finite * errors.a_pixel() as u64) as f64;
     }
     Ok(result)
+}
+
+/// Errors of a comparison, one or several a pixel.
+struct Errors<'a> {
+    pairs: Vec<(&'a [f32], &'a [f32])>,
+    kind: Kind,
+}
+
+enum Kind {
+    OfSamples(fn(f64, f64) -> f64),
+    OfPixels(Vec<f32>),
+}
+
+impl<'a> Errors<'a> {
+    fn new(pairs: Vec<(&'a [f32], &'a [f32])>, metric: Metric, width: usize) -> Result<Self, CompareError> {
+        if let Some(error) = metric.of_samples() {
+            return Ok(Self { pairs, kind: Kind::OfSamples(error) });
+        }
+        let [red, green, blue] = pairs[..] else { return Err(CompareError::NoColor) };
+        // Filters would spread what is not finite.
+        let finite = |values: [f32; 3]| if values.iter().all(|v| v.is_finite()) { values } else { [0.0; 3] };
+        let pixels = |of: fn((&'a [f32], &'a [f32])) -> &'a [f32]| -> Vec<[f32; 3]> {
+            let (r, g, b) = (of(red), of(green), of(blue));
+            (0..r.len()).map(|i| finite([r[i], g[i], b[i]])).collect()
+        };
+        let (a, b) = (pixels(|pair| pair.0), pixels(|pair| pair.1));
+        let errors = match metric {
+            Metric::HdrFlip => flip::of_any_range(&a, &b, width),
+            _ => flip::of_displayed(&a, &b, width),
+        };
+        Ok(Self { pairs, kind: Kind::OfPixels(errors) })
+    }
+
+    fn are_finite(&self, pixel: usize) -> bool {
+        self.pairs.iter().all(|(a, b)| a[pixel].is_finite() && b[pixel].is_finite())
+    }
+
+    /// How many errors a pixel has.
+    fn a_pixel(&self) -> usize {
+        match self.kind {
+            Kind::OfSamples(_) => self.pairs.len(),
+            Kind::OfPixels(_) => 1,
+        }
+    }
+
+    fn of(&self, pixel: usize, i: usize) -> f64 {
+        match &self.kind {
+            Kind::OfSamples(error) => error(f64::from(self.pairs[i].0[pixel]), f64::from(self.pairs[i].1[pixel])),
+            Kind::OfPixels(errors) => f64::from(errors[pixel]),
+        }
+    }
 }
 
 fn common_channels(a: &Image, b: &Image) -> Vec<String> {

@@ -2,6 +2,7 @@
 
 pub mod atomic;
 pub mod exr;
+pub mod flip;
 pub mod hash;
 pub mod hdr;
 pub mod heat;

@@ -130,14 +130,25 @@ fn file(key: &str) -> Option<Kind> {
     })
 }
 
+fn millimetres() -> Bounds {
+    Bounds::within(0.0, 1e6).above()
+}
+
 fn camera(key: &str) -> Option<Kind> {
     Some(match key {
         "type" => choice(&["perspective", "orthographic"]),
-        "position" | "look_at" | "direction" | "up" => point(),
+        "position" | "look_at" | "direction" | "up" | "focus_point" => point(),
         "fov" => Number(Bounds::within(0.0, 180.0).above().below()),
         "fov_axis" => choice(&["x", "y", "smaller", "larger"]),
+        "focal_length" => Number(millimetres()),
+        "sensor" => pair(Number(millimetres())),
         "lens_radius" => Number(Bounds::LENGTH_OR_ZERO),
+        "f_number" => Number(Bounds::within(0.01, 1e6)),
+        "aperture" => choice(&["round", "square", "polygon"]),
+        "blades" => Integer(3, 64),
+        "roll" | "aperture_rotation" => Number(FAR),
         "focus_distance" | "height" => Number(Bounds::LENGTH),
+        "focus_object" => Name,
         _ => return None,
     })
 }

@@ -160,16 +160,17 @@ fn direction(cos: f32) -> Vec3 {
     vec3(((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(), 0.0, cos)
 }
 
-/// Sums the weights of visible normals.
+/// Sums the weights of visible normals, u being 1 less the square of a midpoint because what is lost is lost where
+/// normals are steep, at u near 1.
 fn sum_facets(cos: f32, alpha: f32) -> Facets {
     let Some(ggx) = Ggx::new(alpha, alpha) else { return Width::Mirror.facets(cos) };
     let wo = direction(cos);
     let (mut all, mut bias) = (0.0, 0.0);
-    for u in grid() {
-        let m = ggx.sample_visible(wo, u);
+    for [u, v] in grid() {
+        let m = ggx.sample_visible(wo, [v, 1.0 - u * u]);
         let wi = reflected(wo, m);
         if wi.z > 0.0 {
-            let weight = ggx.reflection_weight(wo, wi);
+            let weight = ggx.reflection_weight(wo, wi) * (2.0 * u);
             all += weight;
             bias += weight * schlick_weight(wo.dot(m));
         }

@@ -1,7 +1,9 @@
 //! Optical constants of real metals.
 //!
-//! Each channel has the constants at one representative wavelength, R 650 nm, G 550 nm, B 450 nm, interpolated linearly
-//! between the measurements of
+//! Each channel has the constants whose reflectance, between 0 and 84 degrees, is that channel of the colour in which the
+//! metal reflects daylight: measured spectra, weighted by the CIE 1931 observer and D65, in linear Rec. 709, white 1, what
+//! is beyond the gamut brought into it. So they are no values at any one wavelength, but give the right colour at every
+//! angle, to 0.005. The spectra are those of
 //! - Johnson and Christy, "Optical constants of the noble metals", Phys. Rev. B 6, 4370 (1972): silver, gold, copper;
 //! - Johnson and Christy, "Optical constants of transition metals", Phys. Rev. B 9, 5056 (1974): titanium, chromium,
 //!   iron, cobalt, nickel, palladium;
@@ -29,16 +31,16 @@ const fn metal(name: &'static str, eta: [f32; 3], k: [f32; 3]) -> Metal {
 
 /// All that are known.
 pub static METALS: [Metal; 10] = [
-    metal("silver", [0.0522, 0.0596, 0.0400], [4.4094, 3.5974, 2.6484]),
-    metal("gold", [0.1556, 0.4241, 1.3831], [3.6024, 2.4721, 1.9155]),
-    metal("copper", [0.2378, 1.0066, 1.2404], [3.6264, 2.5823, 2.3929]),
-    metal("aluminium", [1.5580, 1.0152, 0.6332], [7.7124, 6.6273, 5.4544]),
-    metal("iron", [2.9114, 2.9497, 2.5845], [3.0893, 2.9318, 2.7670]),
-    metal("chromium", [3.1071, 3.1812, 2.3230], [3.3314, 3.3291, 3.1350]),
-    metal("titanium", [2.7407, 2.5418, 2.2670], [3.8143, 3.4345, 3.0385]),
-    metal("nickel", [1.9900, 1.9212, 1.7290], [4.2086, 3.6158, 2.9435]),
-    metal("cobalt", [2.2371, 2.0524, 1.7365], [4.2357, 3.8242, 3.2745]),
-    metal("palladium", [1.7893, 1.6412, 1.4080], [4.3750, 3.8455, 3.2540]),
+    metal("silver", [0.0564, 0.0549, 0.0431], [4.4803, 3.5446, 2.5891]),
+    metal("gold", [0.0297, 0.4991, 1.4690], [8.0083, 2.2624, 1.7738]),
+    metal("copper", [0.2181, 1.0441, 1.2948], [3.3290, 2.6239, 2.3613]),
+    metal("aluminium", [1.5010, 0.9848, 0.6050], [7.6495, 6.5473, 5.3453]),
+    metal("iron", [2.9230, 2.9193, 2.5464], [3.0774, 2.9371, 2.7500]),
+    metal("chromium", [3.2473, 3.1144, 2.2856], [3.2867, 3.3360, 3.1170]),
+    metal("titanium", [2.7477, 2.5078, 2.2399], [3.8427, 3.3974, 3.0143]),
+    metal("nickel", [2.0328, 1.9029, 1.7281], [4.1994, 3.5696, 2.8953]),
+    metal("cobalt", [2.2573, 2.0350, 1.7131], [4.2275, 3.7941, 3.2376]),
+    metal("palladium", [1.7957, 1.6216, 1.3954], [4.3639, 3.8113, 3.2120]),
 ];
 
 /// Finds a metal by its name, in any case; American and chemical spellings are known too.

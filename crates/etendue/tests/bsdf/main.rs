@@ -6,6 +6,7 @@
 mod cases;
 mod energy;
 mod furnace;
+mod mixtures;
 mod reference;
 mod robustness;
 mod sampling;

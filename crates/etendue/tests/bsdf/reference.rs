@@ -105,7 +105,7 @@ fn lambda(alpha: f64, w: [f64; 3]) -> f64 {
     0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -115,7 +115,7 @@ fn unit(a: [f64; 3]) -> [f64; 3] {
 }
 
 /// Equation 20 of Walter et al. with height-correlated masking and shadowing, cosine included.
-fn reflection(alpha: f64, wo: [f64; 3], wi: [f64; 3], fresnel: impl Fn(f64) -> f64) -> f64 {
+pub fn reflection(alpha: f64, wo: [f64; 3], wi: [f64; 3], fresnel: impl Fn(f64) -> f64) -> f64 {
     let m = unit([0, 1, 2].map(|c| wo[c] + wi[c]));
     let g = 1.0 / (1.0 + lambda(alpha, wo) + lambda(alpha, wi));
     fresnel(dot(wo, m)) * g * d(alpha, m) / (4.0 * wo[2])
@@ -137,7 +137,7 @@ fn refraction(alpha: f64, wo: [f64; 3], n_o: f64, wi: [f64; 3], n_i: f64) -> f64
     f * wi[2].abs()
 }
 
-fn f64s(v: Vec3) -> [f64; 3] {
+pub fn f64s(v: Vec3) -> [f64; 3] {
     // Unit to f64 precision, so that the reference does not see the rounding of the input.
     unit(v.to_array().map(f64::from))
 }
