@@ -97,9 +97,35 @@ fn large_files() {
     }
 }
 
+/// Places in a large file, found again on disk.
+fn places_in_large_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("grid.obj");
+    let grid = grid(600, true);
+    let lines = grid.lines().count();
+    for (end, place, message) in [
+        ("f 1 2 3\n f 1 1 2 3\n", (2, 4), "note: 1 corner merged with the same corner beside it"),
+        ("f 1 2 x\n", (1, 7), "error: `x` is not a corner of a face"),
+        ("\nf 1 -999999 3\n", (2, 5), "error: no vertex -999999 in this file"),
+    ] {
+        std::fs::write(&path, format!("{grid}{end}")).unwrap();
+        let mut sources = SourceMap::new();
+        let id = mesh_file::open(&mut sources, &path, &MeshLimits::default()).unwrap();
+        assert!(sources.length(id) > 16 << 20);
+        let found = match mesh_file::read(&mut sources, id, &MeshLimits::default()) {
+            Ok(file) => file.notes,
+            Err(found) => found,
+        };
+        let text: Vec<String> = found.iter().map(|diagnostic| diagnostic.one_line(&sources)).collect();
+        let expected = format!("grid.obj:{}:{}: {message}", lines + place.0, place.1);
+        assert!(text.iter().any(|line| line.contains(&expected)), "{expected}: {text:?}");
+    }
+}
+
 #[test]
 fn memory_is_bounded_by_the_file() {
     large_files();
+    places_in_large_files();
     let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
     let line = |text: &'static str| move |_: usize| text.to_owned();
     for (name, bytes) in [

@@ -13,11 +13,18 @@
 //! | `sphere x y z r` | a sphere about (x, y, z), in the units of the file, with the current material: an extension |
 //! | `l`, `p`, free-form curves and surfaces, display attributes | skipped with a note |
 //!
-//! Lines end with LF, CRLF or CR, a backslash at the end continues one, `#` begins a comment. A byte order mark is skipped.
+//! Lines end with LF, CRLF or CR, a backslash at the end of one continues it as a blank would (so it also ends a word or number),
+//! `#` begins a comment. A byte order mark is skipped; UTF-16 is an error that says so. Names are bytes: what is not UTF-8 in
+//! them is replaced where they are shown and looked up.
 //!
 //! Corners with equal indices become one vertex, and vertices with the same position index have the same position by
-//! bits. Vertices that no face uses are left out. Time is linear in the file (concave polygons aside, whose work is
-//! bounded); memory is at most a small multiple of it.
+//! bits. Vertices that no face uses are left out.
+//!
+//! A file is read in pieces of 4 MiB that end with lines, each parsed by itself on any thread: indices that count backwards
+//! stay relative to the piece, and materials, groups and smoothing to what holds where the piece before ends. Then the pieces
+//! are put together in the order of the file, so that the result is the same, bit for bit, on any number of threads. Time
+//! is linear in the file (concave polygons aside, whose work is bounded). Large files stay on disk: memory is about twice
+//! that of the mesh, and at most a small multiple of the file.
 
 mod assemble;
 mod chunk;
