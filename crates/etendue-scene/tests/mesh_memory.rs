@@ -4,7 +4,10 @@
 mod common;
 
 use common::{check, read_obj, read_off, read_ply, read_stl};
-use etendue_scene::gzip;
+use etendue_scene::{
+    SourceMap, gzip,
+    mesh_file::{self, MeshLimits},
+};
 use peak_alloc::PeakAlloc;
 use std::fmt::Write;
 
@@ -49,8 +52,54 @@ fn repeated(head: &str, line: impl Fn(usize) -> String) -> Vec<u8> {
     text.into_bytes()
 }
 
+/// A wavy grid of triangles with a number of vertices along a side, `with` texture coordinates and normals or without.
+fn grid(side: usize, with: bool) -> String {
+    let mut text = String::new();
+    for i in 0..side * side {
+        let (x, y) = (i % side, i / side);
+        writeln!(text, "v {}.125 {}.25 {}.5", x, (x * y) % 17, y).unwrap();
+        if with {
+            writeln!(text, "vt 0.{x:06} 0.{y:06}\nvn 0.25 1.5 0.{x:03}").unwrap();
+        }
+    }
+    for i in (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| y * side + x + 1)) {
+        for corners in [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]] {
+            let corner = |i: usize| if with { format!("{i}/{i}/{i}") } else { i.to_string() };
+            writeln!(text, "f {} {} {}", corner(corners[0]), corner(corners[1]), corner(corners[2])).unwrap();
+        }
+    }
+    text
+}
+
+/// A large file is read from disk with at most 2.5 times the memory of its mesh, and what threads beyond two hold in hand.
+fn large_files() {
+    let threads = std::thread::available_parallelism().map_or(2, std::num::NonZero::get);
+    let in_hand = threads.saturating_sub(2).min(16) * (16 << 20);
+    let folder = tempfile::tempdir().unwrap();
+    for with in [true, false] {
+        let path = folder.path().join("grid.obj");
+        std::fs::write(&path, grid(if with { 700 } else { 1100 }, with)).unwrap();
+        let mut mesh_bytes = 0;
+        let used = peak(|| {
+            let mut sources = SourceMap::new();
+            let limits = MeshLimits::default();
+            let id = mesh_file::open(&mut sources, &path, &limits).unwrap();
+            assert!(sources.length(id) > 16 << 20);
+            let file = mesh_file::read(&mut sources, id, &limits);
+            check(&file);
+            let mesh = file.unwrap().mesh;
+            assert_eq!((mesh.uvs.is_some(), mesh.normals.is_some()), (with, with));
+            let attributes = mesh.positions.len() * if with { 20 } else { 0 };
+            mesh_bytes = size_of_val(&*mesh.positions) + size_of_val(&*mesh.indices) + attributes;
+        });
+        println!("from disk: mesh {mesh_bytes}, peak {used} ({:.2})", used as f64 / mesh_bytes as f64);
+        assert!(used <= mesh_bytes / 2 * 5 + in_hand, "{used} bytes for a mesh of {mesh_bytes}");
+    }
+}
+
 #[test]
 fn memory_is_bounded_by_the_file() {
+    large_files();
     let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
     let line = |text: &'static str| move |_: usize| text.to_owned();
     for (name, bytes) in [

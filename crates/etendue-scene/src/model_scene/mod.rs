@@ -158,6 +158,23 @@ fn scale(model: &Model) -> Result<f64, ModelError> {
     if usable { Ok(scale) } else { Err(ModelError::TooFar(farthest)) }
 }
 
+/// A power of ten as factors that a scene file takes, which refuses such as could be meant to be 0.
+fn scale_steps(scale: f64) -> Vec<f64> {
+    const STEP: f64 = 1e10;
+    let mut steps = Vec::new();
+    let mut left = scale;
+    while left < 1.0 / STEP {
+        steps.push(1.0 / STEP);
+        left *= STEP;
+    }
+    // Rounding of the products must not show in the file.
+    let left = libm::pow(10.0, libm::round(libm::log10(left)));
+    if left != 1.0 {
+        steps.push(left);
+    }
+    steps
+}
+
 /// What is decided about a scene.
 struct Plan<'a> {
     survey: &'a Survey,
@@ -284,9 +301,7 @@ impl<'a> Plan<'a> {
             lines += "crease_angle = 30 # the file has no normals: smooth where faces meet at less than this\n";
         }
         let mut steps = Vec::new();
-        if scale != 1.0 {
-            steps.push(format!("{{ scale = {} }}", number(scale)));
-        }
+        steps.extend(scale_steps(scale).into_iter().map(|step| format!("{{ scale = {} }}", number(step))));
         if self.options.up == UpAxis::Z {
             steps.push("{ rotate = { axis = \"x\", angle = -90 } }".to_owned());
         }
