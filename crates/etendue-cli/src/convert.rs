@@ -45,7 +45,8 @@ fn mesh(args: &ConvertArgs, input: &Path, output: &Path) -> Result<Exit, Failure
         ("--layer", args.layer.is_some()),
     ];
     if let Some((option, _)) = for_pictures.into_iter().find(|(_, given)| *given) {
-        return Err(Failure::new(Exit::Usage, format!("{option} is for pictures, but {} is a model", input.display())));
+        let message = format!("{option} is for pictures, but {} is a model", input.display());
+        return Err(Failure::new(Exit::Usage, message).hint(format!("leave {option} out")));
     }
     atomic::check_writable(output)?;
     let mut sources = SourceMap::new();

@@ -1,7 +1,7 @@
 //! How the program ends: exit codes, and failures that lead to them.
 
 use etendue_scene::{
-    Diagnostics,
+    Diagnostics, SourceError,
     image_file::ReadError,
     output::{UnknownEnding, WriteError, metric::CompareError},
 };
@@ -96,24 +96,54 @@ impl Failure {
 
 impl From<UnknownEnding> for Failure {
     fn from(error: UnknownEnding) -> Self {
-        Self::new(Exit::Usage, error)
+        Self::new(Exit::Usage, error).hint("end the file's name in one of these")
     }
 }
 
 impl From<WriteError> for Failure {
     fn from(error: WriteError) -> Self {
-        Self::new(Exit::CannotWrite, error)
+        let hint = match &error {
+            WriteError::NoFolder { .. } => "make the folder first, or write elsewhere",
+            WriteError::NotRegular { .. } => "give the name of a file",
+            WriteError::NotWritable { .. } => "change the permissions, or write elsewhere",
+            WriteError::DiskFull { .. } => "make room, or write elsewhere",
+            WriteError::Encode { .. } => "write a format that holds it",
+            WriteError::Io { .. } => "write elsewhere",
+        };
+        Self::new(Exit::CannotWrite, error).hint(hint)
     }
 }
 
 impl From<ReadError> for Failure {
     fn from(error: ReadError) -> Self {
-        Self::new(Exit::BadInput, error)
+        let hint = match &error {
+            ReadError::Io { .. } => LOOK,
+            ReadError::UnknownFormat { .. } => "the first bytes of a file tell its format, of TGA the ending .tga",
+            ReadError::TooLarge { .. } => "make the picture smaller with another program",
+            ReadError::Damaged { .. } => "write it again, or in another format, with the program that it comes from",
+        };
+        Self::new(Exit::BadInput, error).hint(hint)
+    }
+}
+
+impl From<SourceError> for Failure {
+    fn from(error: SourceError) -> Self {
+        let hint = match &error {
+            SourceError::NotFound(_) => LOOK,
+            SourceError::IsDirectory(_) => "give the name of a file in it",
+            SourceError::PermissionDenied(_) => "change its permissions",
+            SourceError::TooLarge { .. } => "split the file, or make it smaller",
+            _ => "see whether the file can be read at all",
+        };
+        Self::new(Exit::BadInput, error).hint(hint)
     }
 }
 
 impl From<CompareError> for Failure {
     fn from(error: CompareError) -> Self {
-        Self::new(Exit::BadInput, error)
+        Self::new(Exit::BadInput, error).hint("etendue info tells the size and the channels of a picture")
     }
 }
+
+/// What helps where nothing is found.
+const LOOK: &str = "check the name, and the folder it is in";

@@ -95,7 +95,7 @@ pub fn read_failure(error: ReadError) -> Failure {
     match error {
         ReadError::Unsupported { .. } => Failure::new(Exit::Unsupported, error)
             .hint("scenes are read from .toml files, models from .obj, .ply, .stl and .off files, also .gz"),
-        ReadError::Source(_) => Failure::new(Exit::BadInput, error).hint("check the name, and the folder it is in"),
+        ReadError::Source(error) => error.into(),
     }
 }
 
@@ -104,7 +104,7 @@ fn automatic_scene(args: &RenderArgs, mesh: &MeshFile, sources: &mut SourceMap) 
     let text = model::scene_text(args.into(), mesh, None)?;
     let name = format!("automatic scene of {}", args.input.display());
     let bytes = text.into_bytes();
-    let file = sources.insert(name, bytes.clone()).map_err(|e| Failure::new(Exit::BadInput, e))?;
+    let file = sources.insert(name, bytes.clone())?;
     let (description, found) = read_toml(file, &bytes, Path::new(""));
     tell(&found, sources);
     description.ok_or(Failure::reported(Exit::of(&found)))
@@ -148,7 +148,8 @@ fn choose_isa(asked: Option<Isa>) -> Result<Isa, Failure> {
         Some(isa) if available.contains(&isa) => Ok(isa),
         Some(isa) => {
             let names: Vec<&str> = available.iter().map(|isa| isa.name()).collect();
-            Err(Failure::new(Exit::Unsupported, format!("this processor has no {isa}; it has: {}", names.join(", "))))
+            let message = format!("this processor has no {isa}; it has: {}", names.join(", "));
+            Err(Failure::new(Exit::Unsupported, message).hint("without --isa the best of these is taken"))
         }
     }
 }
@@ -189,7 +190,10 @@ impl Loaded {
         };
         let accelerator = AcceleratorSettings { kind: input.accelerator, isa, threads };
         let object_names = input.parts.objects.iter().map(|object| object.name.clone()).collect();
-        let scene = Scene::build(input.parts, &accelerator).map_err(|e| Failure::new(Exit::BadInput, e))?;
+        let scene = Scene::build(input.parts, &accelerator).map_err(|e| {
+            let hint = format!("etendue info {} tells what is in it", args.input.display());
+            Failure::new(Exit::BadInput, e).hint(hint)
+        })?;
         let defaults = RenderSettings::default();
         Ok(Job {
             scene,

@@ -11,6 +11,7 @@ use etendue_scene::{
     mesh_file::{self, MeshFile, MeshFormat, MeshLimits, unknown_kind},
     model_scene::{self, ModelEnvironment, ModelOptions, ModelSurface, model_scene},
     output::atomic,
+    read::MAX_SIDE,
 };
 use std::{
     io::Write,
@@ -46,7 +47,7 @@ pub fn is_model(input: &Path) -> bool {
 /// Reads a mesh file; errors are reported.
 pub fn read(model: &Path, sources: &mut SourceMap, limits: &Limits) -> Result<MeshFile, Failure> {
     let limits = MeshLimits { file: limits.file_bytes, library: limits.library_bytes };
-    let file = mesh_file::open(sources, model, &limits).map_err(|e| Failure::new(Exit::BadInput, e))?;
+    let file = mesh_file::open(sources, model, &limits)?;
     mesh_file::read(sources, file, &limits).map_err(|found| {
         report::diagnostics(&found, sources);
         Failure::reported(Exit::of(&found))
@@ -76,10 +77,19 @@ pub fn scene_text(look: Look<'_>, mesh: &MeshFile, folder: Option<&Path>) -> Res
         transparent: look.transparent,
         view: args.view,
         surface,
-        size: look.size,
+        size: look.size.map(fitting),
     };
     let path = look.model.display();
-    model_scene(mesh, &options).map_err(|e| Failure::new(Exit::BadInput, format!("{path}: {e}")))
+    model_scene(mesh, &options).map_err(|e| {
+        let hint = format!("etendue info {path} tells what is in it");
+        Failure::new(Exit::BadInput, format!("{path}: {e}")).hint(hint)
+    })
+}
+
+/// A size that a scene file may have, of the same shape: what is rendered is the size that was asked for.
+fn fitting(size: [u32; 2]) -> [u32; 2] {
+    let shrink = size[0].max(size[1]).div_ceil(MAX_SIDE);
+    size.map(|side| (side / shrink).max(1))
 }
 
 /// `etendue scene`: writes the automatic scene.
@@ -90,6 +100,10 @@ pub fn run(args: &SceneArgs) -> Result<Exit, Failure> {
         let hint = error.help.unwrap_or_default();
         let exit = if error.is_unsupported { Exit::Unsupported } else { Exit::BadInput };
         return Err(Failure::new(exit, error.message).hint(hint));
+    }
+    if let Some([width, height]) = args.size.filter(|size| fitting(*size) != *size) {
+        let message = format!("a scene file cannot ask for {width} x {height} pixels");
+        return Err(Failure::new(Exit::Usage, message).hint(format!("both sides may be up to {MAX_SIDE}")));
     }
     if let Some(path) = &args.output {
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {

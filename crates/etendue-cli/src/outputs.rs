@@ -27,7 +27,8 @@ impl Outputs {
             let plain = input.with_extension("");
             let plain = if gz { &plain } else { input };
             let name = plain.file_stem().ok_or_else(|| {
-                Failure::new(Exit::Usage, format!("`{}` names no file; say where to write with -o", input.display()))
+                Failure::new(Exit::Usage, format!("`{}` names no file", input.display()))
+                    .hint("say where to write with -o")
             })?;
             paths = [Format::Png, Format::Exr].iter().map(|f| with_ending(name, *f)).collect();
         }

@@ -47,7 +47,8 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let film = Film::new(&job.film).map_err(|e| {
         // Whoever gave the size or the crop is told so.
         let from_arguments = args.size.is_some() || args.crop.is_some();
-        Failure::new(if from_arguments { Exit::Usage } else { Exit::BadInput }, e)
+        let hint = if from_arguments { "change --size or --crop" } else { "change `size` or `crop` in [film]" };
+        Failure::new(if from_arguments { Exit::Usage } else { Exit::BadInput }, e).hint(hint)
     })?;
     let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, quiet: args.quiet };
     signals.start_rendering();
@@ -210,8 +211,8 @@ fn samples_per_pixel(counts: SampleCounts) -> String {
 
 fn failure_of(error: RenderError) -> Failure {
     match error {
-        RenderError::Range { .. } => Failure::new(Exit::Usage, error),
-        RenderError::Camera(_) => Failure::new(Exit::BadInput, error),
+        RenderError::Range { .. } => Failure::new(Exit::Usage, error).hint("etendue render --help tells the ranges"),
+        RenderError::Camera(_) => Failure::new(Exit::BadInput, error).hint("change [camera] in the scene file"),
     }
 }
 

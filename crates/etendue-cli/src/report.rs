@@ -15,7 +15,8 @@ pub fn result(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     match writeln!(out, "{text}").and_then(|()| out.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::new(Exit::CannotWrite, format!("cannot write to standard output: {e}")))
+            let message = format!("cannot write to standard output: {e}");
+            Err(Failure::new(Exit::CannotWrite, message).hint("see where it is directed to"))
         }
         _ => Ok(()),
     }

@@ -247,6 +247,8 @@ fn what_cannot_be_shown_is_told() {
         ("render plain.obj --up x", 1, "possible values: y, z"),
         ("render plain.obj --env none.hdr", 2, "none.hdr"),
         ("render plain.obj --env a.png", 2, "a.png"),
+        ("render plain.obj --size 1000000x1000000", 1, "too large"),
+        ("scene plain.obj --size 100000x10", 1, "65536"),
         ("render scene.toml --no-ground", 1, "--no-ground is for models"),
         ("scene scene.toml", 2, "as a mesh"),
         ("scene plain.obj -o no/such/a.toml", 4, "no/such"),

@@ -78,7 +78,7 @@ impl ChannelEntry {
 pub fn read(path: &Path) -> Result<ImageInfo, Failure> {
     let limits = Limits::default();
     let mut sources = SourceMap::new();
-    let file = sources.read(path, limits.file).map_err(|e| Failure::new(Exit::BadInput, e))?;
+    let file = sources.read(path, limits.file)?;
     let bytes = sources.bytes(file);
     let format = format_name(path, &bytes).ok_or_else(|| {
         Failure::new(Exit::BadInput, format!("{} is nothing that is read", path.display())).hint(

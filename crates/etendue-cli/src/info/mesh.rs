@@ -55,7 +55,7 @@ pub fn read(path: &Path) -> Result<MeshInfo, Failure> {
     let mut sources = SourceMap::new();
     let mesh = model::read(path, &mut sources, &limits)?;
     let scene = model_scene::bare(path).map_err(|e| Failure::new(Exit::BadInput, e))?.into_bytes();
-    let file = sources.insert("scene", scene.clone()).map_err(|e| Failure::new(Exit::BadInput, e))?;
+    let file = sources.insert("scene", scene.clone())?;
     let (description, found) = read_toml(file, &scene, Path::new(""));
     let built = match &description {
         Some(description) => {

@@ -120,8 +120,9 @@ pub fn model_scene(mesh: &MeshFile, options: &ModelOptions) -> Result<String, Mo
         UpAxis::Y => DMat3::IDENTITY,
         UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
     };
-    let scale = scale(&Model::new(mesh, upright))?;
-    let model = Model::new(mesh, upright * scale);
+    let model = Model::new(mesh, upright);
+    let scale = scale(&model)?;
+    let model = model.scaled(scale);
     let survey = model.survey(options.surface.is_none());
     if !(survey.area > 0.0 && survey.size().length() > 0.0) {
         return Err(ModelError::NoArea);

@@ -45,6 +45,11 @@ impl<'a> Model<'a> {
         Self { file, placement, used: some_stray.then(used) }
     }
 
+    /// The same, larger by a factor.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { placement: self.placement * factor, ..self }
+    }
+
     fn point(&self, index: u32) -> DVec3 {
         let position = self.file.mesh.positions[index as usize].map(f64::from);
         self.placement * (self.file.mesh.origin + DVec3::from_array(position))

@@ -14,7 +14,8 @@ mod values;
 pub use material::default_material;
 pub(crate) use object::SEGMENTS;
 pub use references::check_files;
-pub(crate) use settings::{MAX_DEPTH, MAX_SIDE};
+pub(crate) use settings::MAX_DEPTH;
+pub use settings::MAX_SIDE;
 pub use values::{Bounds, rotation, sin_cos_degrees};
 
 use crate::{
