@@ -178,13 +178,17 @@ const DIFF_EXAMPLES: &str = "\
 Examples:
   etendue diff a.exr reference.exr
   etendue diff a.exr reference.exr --metric mae -o heat.png
+  etendue diff a.png reference.png --metric flip -o heat.png
   etendue diff a.exr reference.exr --fail-above 1e-3 --json
 
 relmse is the mean over pixels and channels of (a-b)^2 / (b^2 + 0.01), mse of (a-b)^2, mae of
 |a-b|; b is the reference. Colour is compared where both have it, otherwise the channels of
 floats that both have. PNG, JPEG and other 8 and 16 bit files are decoded to linear values
-first. Pixels that are not finite
-in either are counted, and left out of the mean.";
+first. Pixels that are not finite in either are counted, and left out of the mean.
+
+flip is what an observer sees who flips between the two (Andersson et al. 2020), from 0 to 1,
+at 67 pixels a degree; where the reference is a file of floats (.exr, .hdr, .pfm) it becomes
+hdr-flip, the largest over the exposures that the reference needs (Andersson et al. 2021).";
 
 /// Arguments of `etendue diff`.
 #[derive(Debug, Args)]

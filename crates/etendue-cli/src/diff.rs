@@ -7,7 +7,7 @@ use crate::{
 };
 use etendue::image::Image;
 use etendue_scene::{
-    image_file::{Limits, read_image},
+    image_file::{Limits, Range, read_image, read_image_and_range},
     output::{
         Format, Metadata, atomic, heat,
         metric::{Comparison, Metric, compare},
@@ -27,15 +27,19 @@ pub fn run(args: &DiffArgs) -> Result<Exit, Failure> {
     }
     let limits = Limits::default();
     let a = read_image(&args.a, &limits)?;
-    let b = read_image(&args.b, &limits)?;
-    let comparison = compare(&a, &b, args.metric)?;
-    let scale = heat::scale(&comparison, args.metric);
+    let (b, range) = read_image_and_range(&args.b, &limits)?;
+    let metric = match (args.metric, range) {
+        (Metric::Flip, Range::Any) => Metric::HdrFlip,
+        (metric, _) => metric,
+    };
+    let comparison = compare(&a, &b, metric)?;
+    let scale = heat::scale(&comparison, metric);
     if let Some(path) = &args.output {
-        write_heat_map(path, &a, &comparison, args.metric, scale)?;
+        write_heat_map(path, &a, &comparison, metric, scale)?;
     }
     // A pixel that cannot be compared is no match.
     let failed = args.fail_above.is_some_and(|limit| comparison.mean > limit || comparison.nonfinite > 0);
-    let outcome = Outcome::new(args, &a, &comparison, scale, failed);
+    let outcome = Outcome::new(args, metric, &a, &comparison, scale, failed);
     report::result(&if args.json { outcome.json() } else { outcome.text() })?;
     Ok(if failed { Exit::Incomplete } else { Exit::Done })
 }
@@ -54,7 +58,8 @@ struct Outcome<'a> {
     width: u32,
     height: u32,
     channels: &'a [String],
-    metric: &'static str,
+    #[serde(serialize_with = "name")]
+    metric: Metric,
     /// Mean over pixels and channels.
     value: f64,
     max: f64,
@@ -69,15 +74,26 @@ struct Outcome<'a> {
     heat_scale: f64,
 }
 
+fn name<S: serde::Serializer>(metric: &Metric, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(metric.name())
+}
+
 impl<'a> Outcome<'a> {
-    fn new(args: &DiffArgs, a: &Image, comparison: &'a Comparison, heat_scale: f64, failed: bool) -> Self {
+    fn new(
+        args: &DiffArgs,
+        metric: Metric,
+        a: &Image,
+        comparison: &'a Comparison,
+        heat_scale: f64,
+        failed: bool,
+    ) -> Self {
         Self {
             a: args.a.display().to_string(),
             b: args.b.display().to_string(),
             width: a.width,
             height: a.height,
             channels: &comparison.channels,
-            metric: args.metric.name(),
+            metric,
             value: comparison.mean,
             max: comparison.max,
             max_at: comparison.max_at,
@@ -104,7 +120,7 @@ impl<'a> Outcome<'a> {
             text += &format!("\n{} pixels are not finite and left out, the first at {x},{y}", self.nonfinite);
         }
         if let Some(path) = &self.heat_map {
-            let what = if self.metric == Metric::Mae.name() { "error" } else { "root of the error" };
+            let what = if self.metric.is_squared() { "root of the error" } else { "error" };
             text += &format!("\n{path}: {what}, bright end {:e}", self.heat_scale);
         }
         if let (true, Some(limit)) = (self.failed, self.fail_above) {

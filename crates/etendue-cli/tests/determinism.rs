@@ -7,8 +7,8 @@ use common::{Folder, shipped};
 use etendue::image::ChannelData;
 use etendue_accel::Isa;
 
-/// Scenes that ship with the project: a box, glass with spheres and instances, a mesh, a lens with rough metal.
-const SCENES: [&str; 4] = ["cornell-box", "glass-spheres", "mesh", "lens-metal"];
+/// Scenes that ship with the project: a box, glass with spheres and instances, a mesh, a lens with rough metal, textures.
+const SCENES: [&str; 5] = ["cornell-box", "glass-spheres", "mesh", "lens-metal", "still-life"];
 
 /// All layers, so that the hash covers them.
 const LAYERS: &str = "--aov albedo,normal,depth,ids,variance";

@@ -16,7 +16,7 @@ fn equal_pictures_differ_by_nothing() {
     let folder = Folder::new();
     folder.run("render scene.toml -o a.exr -o a.png -o a.pfm").with_code(0);
     for name in ["a.exr", "a.png", "a.pfm"] {
-        for metric in ["relmse", "mse", "mae"] {
+        for metric in ["relmse", "mse", "mae", "flip", "hdr-flip"] {
             let ended = folder.run(&format!("diff {name} {name} --metric {metric} --fail-above 0 --json")).with_code(0);
             assert_eq!(ended.json()["value"], 0.0);
         }
@@ -39,6 +39,21 @@ fn the_second_picture_is_the_reference() {
     assert_eq!(value("diff a.pfm b.pfm --json --metric mae"), 0.5);
     let text = folder.run("diff a.pfm b.pfm --metric mae").with_code(0).stdout;
     assert!(text.starts_with("mae 5e-1, largest 1e0 at pixel 1,0, channels R G B"), "{text}");
+}
+
+#[test]
+fn flip_goes_by_the_range_of_the_reference() {
+    let folder = Folder::new();
+    folder.run("render scene.toml -o a.exr -o a.png --seed 1").with_code(0);
+    folder.run("render scene.toml -o b.exr -o b.png -o b.hdr --seed 2").with_code(0);
+    let metric =
+        |words: &str| folder.run(&format!("diff {words} --metric flip --json")).with_code(0).json()["metric"].clone();
+    assert_eq!(metric("a.png b.png"), "flip");
+    assert_eq!(metric("a.exr b.png"), "flip");
+    assert_eq!(metric("a.exr b.exr"), "hdr-flip");
+    assert_eq!(metric("a.exr b.hdr"), "hdr-flip");
+    let text = folder.run("diff a.png b.png --metric flip -o heat.png").with_code(0).stdout;
+    assert!(text.starts_with("flip ") && text.contains("heat.png: error, bright end"), "{text}");
 }
 
 #[test]

@@ -75,7 +75,7 @@ pub struct NamedMaterial {
     /// As in the file; empty for faces that name none in a file where others do.
     pub name: String,
     /// What it means here. A name that nothing defines gets [`MeshFile::default_material`].
-    pub material: Material<TextureRecord>,
+    pub material: Box<Material<TextureRecord>>,
     /// Where it is defined; if it is not, where it is first used.
     pub origin: Option<Origin>,
 }

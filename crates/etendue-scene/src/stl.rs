@@ -214,7 +214,11 @@ impl Text<'_> {
                 }
                 b"facet" | b"endfacet" | b"outer" => {}
                 // The numbers of a normal are not even looked at: programs write NaN there.
-                b"normal" => (0..3).for_each(|_| drop(self.word())),
+                b"normal" => {
+                    (0..3).for_each(|_| {
+                        self.word();
+                    });
+                }
                 b"loop" => {
                     self.corners.clear();
                     inside = Some(word);

@@ -29,7 +29,7 @@ fn describe(text: &mut String, file: &MeshFile) {
         writeln!(text, "  sphere {:?} {:?} {}", sphere.center.to_array(), sphere.radius, sphere.material).unwrap();
     }
     for named in &file.materials {
-        let defined = named.material != MeshFile::default_material(&named.name);
+        let defined = *named.material != MeshFile::default_material(&named.name);
         writeln!(text, "  material {:?}{}", named.name, if defined { "" } else { ", grey" }).unwrap();
     }
     for group in &file.groups {
@@ -87,4 +87,10 @@ fn check_folder(name: &str, least: usize) {
 #[test]
 fn every_mesh_gives_what_is_expected() {
     check_folder("meshes", 50);
+}
+
+/// One file for each thing that an OBJ file may do.
+#[test]
+fn every_obj_feature_gives_what_is_expected() {
+    check_folder("obj", 45);
 }

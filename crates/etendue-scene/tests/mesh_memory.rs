@@ -3,8 +3,11 @@
 
 mod common;
 
-use common::{check, read_obj, read_ply};
-use etendue_scene::gzip;
+use common::{check, read_obj, read_off, read_ply, read_stl};
+use etendue_scene::{
+    SourceMap, gzip,
+    mesh_file::{self, MeshLimits},
+};
 use peak_alloc::PeakAlloc;
 use std::fmt::Write;
 
@@ -30,6 +33,8 @@ fn measure(name: &str, bytes: &[u8]) {
         let library = if name.contains("library") { bytes } else { b"" };
         check(&read_obj(bytes, library));
         check(&read_ply(bytes));
+        check(&read_stl(bytes));
+        check(&read_off(bytes));
         let _ = gzip::decompress(bytes, bytes.len() as u64 * 16);
     });
     let ratio = used as f64 / bytes.len() as f64;
@@ -47,8 +52,80 @@ fn repeated(head: &str, line: impl Fn(usize) -> String) -> Vec<u8> {
     text.into_bytes()
 }
 
+/// A wavy grid of triangles with a number of vertices along a side, `with` texture coordinates and normals or without.
+fn grid(side: usize, with: bool) -> String {
+    let mut text = String::new();
+    for i in 0..side * side {
+        let (x, y) = (i % side, i / side);
+        writeln!(text, "v {}.125 {}.25 {}.5", x, (x * y) % 17, y).unwrap();
+        if with {
+            writeln!(text, "vt 0.{x:06} 0.{y:06}\nvn 0.25 1.5 0.{x:03}").unwrap();
+        }
+    }
+    for i in (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| y * side + x + 1)) {
+        for corners in [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]] {
+            let corner = |i: usize| if with { format!("{i}/{i}/{i}") } else { i.to_string() };
+            writeln!(text, "f {} {} {}", corner(corners[0]), corner(corners[1]), corner(corners[2])).unwrap();
+        }
+    }
+    text
+}
+
+/// A large file is read from disk with at most 2.5 times the memory of its mesh, and what threads beyond two hold in hand.
+fn large_files() {
+    let threads = std::thread::available_parallelism().map_or(2, std::num::NonZero::get);
+    let in_hand = threads.saturating_sub(2).min(16) * (16 << 20);
+    let folder = tempfile::tempdir().unwrap();
+    for with in [true, false] {
+        let path = folder.path().join("grid.obj");
+        std::fs::write(&path, grid(if with { 700 } else { 1100 }, with)).unwrap();
+        let mut mesh_bytes = 0;
+        let used = peak(|| {
+            let mut sources = SourceMap::new();
+            let limits = MeshLimits::default();
+            let id = mesh_file::open(&mut sources, &path, &limits).unwrap();
+            assert!(sources.length(id) > 16 << 20);
+            let file = mesh_file::read(&mut sources, id, &limits);
+            check(&file);
+            let mesh = file.unwrap().mesh;
+            assert_eq!((mesh.uvs.is_some(), mesh.normals.is_some()), (with, with));
+            let attributes = mesh.positions.len() * if with { 20 } else { 0 };
+            mesh_bytes = size_of_val(&*mesh.positions) + size_of_val(&*mesh.indices) + attributes;
+        });
+        println!("from disk: mesh {mesh_bytes}, peak {used} ({:.2})", used as f64 / mesh_bytes as f64);
+        assert!(used <= mesh_bytes / 2 * 5 + in_hand, "{used} bytes for a mesh of {mesh_bytes}");
+    }
+}
+
+/// Places in a large file, found again on disk.
+fn places_in_large_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("grid.obj");
+    let grid = grid(600, true);
+    let lines = grid.lines().count();
+    for (end, place, message) in [
+        ("f 1 2 3\n f 1 1 2 3\n", (2, 4), "note: 1 corner merged with the same corner beside it"),
+        ("f 1 2 x\n", (1, 7), "error: `x` is not a corner of a face"),
+        ("\nf 1 -999999 3\n", (2, 5), "error: no vertex -999999 in this file"),
+    ] {
+        std::fs::write(&path, format!("{grid}{end}")).unwrap();
+        let mut sources = SourceMap::new();
+        let id = mesh_file::open(&mut sources, &path, &MeshLimits::default()).unwrap();
+        assert!(sources.length(id) > 16 << 20);
+        let found = match mesh_file::read(&mut sources, id, &MeshLimits::default()) {
+            Ok(file) => file.notes,
+            Err(found) => found,
+        };
+        let text: Vec<String> = found.iter().map(|diagnostic| diagnostic.one_line(&sources)).collect();
+        let expected = format!("grid.obj:{}:{}: {message}", lines + place.0, place.1);
+        assert!(text.iter().any(|line| line.contains(&expected)), "{expected}: {text:?}");
+    }
+}
+
 #[test]
 fn memory_is_bounded_by_the_file() {
+    large_files();
+    places_in_large_files();
     let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
     let line = |text: &'static str| move |_: usize| text.to_owned();
     for (name, bytes) in [
@@ -77,6 +154,26 @@ fn memory_is_bounded_by_the_file() {
         ("backslashes", repeated("", line("\\\n"))),
         ("digits", repeated("v ", line("1"))),
         ("word", repeated("", line("a"))),
+    ] {
+        measure(name, &bytes);
+    }
+    let facet = |x: usize| format!("facet normal 0 0 1 outer loop vertex {x} 0 0 vertex 0 1 0 vertex 0 0 1 endloop\n");
+    let binary_stl = |facets: u32, byte: &dyn Fn(usize) -> u8| -> Vec<u8> {
+        let head = [&[0; 80][..], &facets.to_le_bytes()].concat();
+        head.into_iter().chain((0..50 * facets.min(20_000) as usize).map(byte)).collect()
+    };
+    for (name, bytes) in [
+        ("text facets", repeated("solid\n", facet)),
+        ("shortest text facets", repeated("solid\n", line("loop vertex 1 2 3 vertex 3 2 1 vertex 2 3 1 endloop\n"))),
+        ("a loop", repeated("solid\nloop\n", line("vertex 1 2 3\n"))),
+        ("solids", repeated("", line("solid a\n"))),
+        ("facets of many positions", binary_stl(20_000, &|i| (i.wrapping_mul(0x9e37_79b9) >> 8) as u8 & 0x3f)),
+        ("far too many facets", binary_stl(u32::MAX, &|_| 0)),
+        ("off vertices", repeated("OFF\n170000 0 0\n", line("0 0 0\n"))),
+        ("off faces", repeated("OFF\n3 170000 0\n0 0 0\n1 0 0\n0 1 0\n", line("3 0 1 2\n"))),
+        ("off faces of nothing", repeated("OFF\n0 500000 0\n", line("0\n"))),
+        ("an off polygon", repeated("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n500000 ", |i| format!("{} ", i % 3))),
+        ("far too many in off", repeated("OFF\n4000000000 4000000000 0\n", line("0 0 0\n"))),
     ] {
         measure(name, &bytes);
     }

@@ -179,7 +179,7 @@ fn materials_groups_and_spheres_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let materials: Vec<NamedMaterial> = materials()
         .into_iter()
-        .map(|material| NamedMaterial { name: material.name.clone(), material, origin: None })
+        .map(|material| NamedMaterial { name: material.name.clone(), material: Box::new(material), origin: None })
         .collect();
     let count = materials.len() as u32;
     let positions: Vec<[f32; 3]> = (0..count + 2).map(|i| [i as f32, (i * i) as f32, 0.0]).collect();
@@ -228,6 +228,19 @@ fn materials_groups_and_spheres_come_back() {
 }
 
 #[test]
+fn faces_without_a_name_stay_out_of_the_group_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = obj_with("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ng a\nf 2 3 1\ng\nf 3 2 1\nf 1 3 2\ng b\nf 2 1 3\n");
+    assert_eq!(file.groups.len(), 2);
+    assert_eq!(round_trip(folder.path(), MeshOutputFormat::Obj, &file).groups, file.groups);
+    let mut file = file;
+    file.groups = vec![Group { object: Some("c".to_owned()), group: None, faces: 1..2 }];
+    let back = round_trip(folder.path(), MeshOutputFormat::Obj, &file);
+    let names: Vec<_> = back.groups.iter().map(|g| (g.object.as_deref(), g.faces.clone())).collect();
+    assert_eq!(names, [(Some("c"), 1..2), (Some("unnamed"), 2..5)]);
+}
+
+#[test]
 fn textures_are_named_from_the_new_place() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("out")).unwrap();
@@ -244,7 +257,7 @@ fn textures_are_named_from_the_new_place() {
         transmittance: Spectrum::BLACK.into(),
     };
     let mut file = obj_with("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    file.materials = vec![NamedMaterial { name: "wood".to_owned(), material, origin: None }];
+    file.materials = vec![NamedMaterial { name: "wood".to_owned(), material: Box::new(material), origin: None }];
     let path = folder.path().join("out/a.obj");
     write_mesh(&path, MeshOutputFormat::Obj, &file, folder.path()).unwrap();
     let library = fs::read_to_string(path.with_extension("mtl")).unwrap();

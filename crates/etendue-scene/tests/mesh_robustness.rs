@@ -7,12 +7,13 @@ use etendue_scene::{SourceMap, mtl};
 use proptest::{prelude::*, test_runner::RngSeed};
 use std::sync::LazyLock;
 
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/meshes");
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
 
 /// The small files of the tests, and some made here.
 static SEEDS: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
-    let entries = std::fs::read_dir(FOLDER).unwrap().map(|entry| entry.unwrap().path());
-    let mut paths: Vec<_> = entries.filter(|p| !p.ends_with("expected.txt")).collect();
+    let folders = ["meshes", "obj"].map(|folder| std::fs::read_dir(format!("{DATA}/{folder}")).unwrap());
+    let entries = folders.into_iter().flatten().map(|entry| entry.unwrap().path());
+    let mut paths: Vec<_> = entries.filter(|p| p.is_file() && !p.ends_with("expected.txt")).collect();
     paths.sort();
     let mut seeds: Vec<Vec<u8>> = paths.iter().map(|path| std::fs::read(path).unwrap()).collect();
     seeds.push(b"ply\nformat binary_big_endian 1.0\nelement vertex 2\nproperty double x\nproperty double y\nproperty double z\nelement face 2\nproperty list uchar uchar vertex_index\nend_header\n".iter().copied().chain([0; 48]).chain([3, 0, 1, 0, 4, 1, 0, 1, 0]).collect());

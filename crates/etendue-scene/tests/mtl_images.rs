@@ -33,7 +33,7 @@ fn material(keys: &str) -> Material<TextureRecord> {
 fn named(name: &str, keys: &str) -> Material<TextureRecord> {
     let (library, _) = library(&format!("newmtl {name}\n{}\n", keys.replace("; ", "\n")));
     assert_eq!(library.materials.len(), 1, "{keys}");
-    library.materials[0].material.clone()
+    (*library.materials[0].material).clone()
 }
 
 /// What a parameter must be: its factor, and the file of its texture.

@@ -14,7 +14,7 @@ fn read(keys: &str) -> (Material<TextureRecord>, Vec<String>) {
     let mtl::MaterialLibrary { materials, findings, .. } = mtl::read(&sources.bytes(file), file);
     assert_eq!(materials.len(), 1, "{keys}");
     assert_eq!(findings.count(Severity::Error), 0, "{keys}: {findings:?}");
-    (materials[0].material.clone(), findings.iter().map(|d| d.one_line(&sources)).collect())
+    ((*materials[0].material).clone(), findings.iter().map(|d| d.one_line(&sources)).collect())
 }
 
 const BLACK: Spectrum = Spectrum::BLACK;

@@ -132,7 +132,7 @@ fn lossless_glass_vanishes_under_a_white_sky() {
     let bodies: [Body; 3] = [("sphere", unit_sphere), ("cube", || cube(false)), ("ball", || ball(3))];
     for (what, scattering) in [("glass", glass), ("thin glass", thin)] {
         for (name, body) in bodies {
-            let (scene, view) = under_white_sky(body(), scattering.clone(), 1.0, 0.0);
+            let (scene, view) = under_white_sky(body(), scattering, 1.0, 0.0);
             for integrator in SOLVERS {
                 let moments = means(&scene, &view, [16, 16], &statistics(integrator, 64), 16);
                 assert_mean(&format!("{what} {name}, {integrator}"), &moments, 1.0, 0.002);

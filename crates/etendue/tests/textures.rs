@@ -6,6 +6,7 @@ mod common;
 use common::*;
 use etendue::{
     camera::{CameraSettings, Projection},
+    integrator::Integrator,
     material::{Color, Material, Number, Relief, Scattering},
     math::{DAffine3, DVec3, Vec2, Vec3, dvec3, vec2, vec3},
     scene::{Mesh, Scene, Shape},
@@ -408,4 +409,34 @@ fn textures_make_no_energy() {
     };
     assert_eq!((ior, alpha), (1e-3, 1.0));
     assert_eq!((reflection_tint, transmission_tint), (Spectrum::BLACK, Spectrum::ONE));
+}
+
+/// Stretched highlights follow the texture coordinates: a sheet whose u and v are exchanged, with the two widths exchanged,
+/// is the same sheet.
+#[test]
+fn highlights_follow_u_and_v() {
+    let sheet = |turned: bool, alpha: [f32; 2]| {
+        let mut parts = Parts::default();
+        let metal = parts.material(Scattering::RoughMetal {
+            eta: Spectrum::splat(0.2),
+            k: Spectrum::splat(3.0),
+            alpha,
+            tint: Spectrum::ONE,
+        });
+        let (corner, u, v) = if turned {
+            (dvec3(4.0, 0.0, -4.0), dvec3(0.0, 0.0, 8.0), dvec3(-8.0, 0.0, 0.0))
+        } else {
+            (dvec3(-4.0, 0.0, -4.0), dvec3(8.0, 0.0, 0.0), dvec3(0.0, 0.0, 8.0))
+        };
+        parts.rectangle(corner, u, v, metal);
+        let light = parts.emitter([20.0; 3], true);
+        parts.sphere(dvec3(0.0, 2.0, -2.0), 0.3, light);
+        // To the side of where a mirror would show the light.
+        let view = camera(dvec3(0.0, 2.0, 2.0), dvec3(1.0, 0.0, 0.0));
+        means(&parts.build(), &view, [8, 8], &statistics(Integrator::Path, 64), 32)
+    };
+    let (wide, turned, narrow) = (sheet(false, [0.5, 0.05]), sheet(true, [0.05, 0.5]), sheet(false, [0.05, 0.5]));
+    let sigma = (wide.mean() - turned.mean()) / wide.standard_error().hypot(turned.standard_error());
+    assert!(sigma.abs() < 3.5, "{} and {}: {sigma:.1} sigma", wide.mean(), turned.mean());
+    assert!(wide.mean() > 1.5 * narrow.mean(), "{} along u, {} along v", wide.mean(), narrow.mean());
 }

@@ -182,7 +182,26 @@ impl File<'_> {
 /// then the others by name; a grey picture has three equal ones, alpha is premultiplied (colour that is covered by nothing
 /// is 0).
 pub fn read_image(path: &Path, limits: &Limits) -> Result<Image, ReadError> {
-    decode_image(path, &read_bounded(path, limits.file)?, limits)
+    read_image_and_range(path, limits).map(|(image, _)| image)
+}
+
+/// What values a picture's format can hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Range {
+    /// Integers for what a display shows, from 0 to 1.
+    Display,
+    /// Floats: light of any strength.
+    Any,
+}
+
+/// [`read_image`], and what the format can hold.
+pub fn read_image_and_range(path: &Path, limits: &Limits) -> Result<(Image, Range), ReadError> {
+    let bytes = read_bounded(path, limits.file)?;
+    let range = match recognise(path, &bytes)?.kind {
+        Kind::Hdr | Kind::Exr | Kind::Pfm => Range::Any,
+        Kind::Png | Kind::Jpeg | Kind::Tga | Kind::Bmp | Kind::WebP => Range::Display,
+    };
+    Ok((decode_image(path, &bytes, limits)?, range))
 }
 
 /// [`read_image`] of bytes in memory; `path` gives the ending, and its name in errors.

@@ -51,7 +51,7 @@ pub struct RawImage {
 impl RawImage {
     /// True if the last channel is alpha.
     pub fn has_alpha(&self) -> bool {
-        self.channels % 2 == 0
+        self.channels.is_multiple_of(2)
     }
 
     /// As the renderer looks it up.
@@ -124,7 +124,9 @@ impl RawImage {
 }
 
 /// One or three channels of colour, and alpha.
-fn colour_channels(image: &Image) -> Option<(Vec<&[f32]>, Option<&[f32]>)> {
+type Colours<'a> = (Vec<&'a [f32]>, Option<&'a [f32]>);
+
+fn colour_channels(image: &Image) -> Option<Colours<'_>> {
     let of_layer = |layer: &str| {
         let channel = |name: &str| image.f32_channel(&format!("{layer}{name}"));
         let rgb: Option<Vec<&[f32]>> = ["R", "G", "B"].into_iter().map(channel).collect();

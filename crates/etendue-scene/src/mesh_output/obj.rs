@@ -1,7 +1,11 @@
 //! Wavefront OBJ.
 
 use super::{is_single, mtl, position};
-use crate::{mesh_file::MeshFile, output::EncodeError, weld::Welder};
+use crate::{
+    mesh_file::{Group, MeshFile},
+    output::EncodeError,
+    weld::Welder,
+};
 use etendue::scene::Mesh;
 use std::{io::Write, path::Path};
 
@@ -71,7 +75,7 @@ fn vertices(out: &mut impl Write, mesh: &Mesh) -> Result<Vec<u32>, EncodeError> 
 fn faces(out: &mut impl Write, file: &MeshFile, names: &[String], numbers: &[u32]) -> Result<(), EncodeError> {
     let mesh = &file.mesh;
     let mut groups = file.groups.iter().peekable();
-    let mut material = None;
+    let (mut material, mut open): (_, Option<&Group>) = (None, None);
     for (face, corners) in mesh.indices.iter().enumerate() {
         if let Some(group) = groups.next_if(|group| group.faces.start <= face) {
             // An object ends the group before it.
@@ -81,6 +85,10 @@ fn faces(out: &mut impl Write, file: &MeshFile, names: &[String], numbers: &[u32
             if let Some(name) = &group.group {
                 writeln!(out, "g {}", one_line(name))?;
             }
+            open = Some(group);
+        } else if let Some(group) = open.take_if(|group| group.faces.end <= face) {
+            // Faces without a name; no statement takes the name of an object away.
+            writeln!(out, "{}", if group.object.is_some() { "o unnamed" } else { "g" })?;
         }
         let used = mesh.face_materials.as_ref().and_then(|of_faces| of_faces.get(face)).copied().unwrap_or(0);
         if let Some(name) = names.get(used as usize)

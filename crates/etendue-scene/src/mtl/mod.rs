@@ -296,7 +296,7 @@ impl Parser<'_> {
                 }
             }
             let origin = Some(Span::new(self.file, record.place).into());
-            materials.push(NamedMaterial { name: record.name, material, origin });
+            materials.push(NamedMaterial { name: record.name, material: Box::new(material), origin });
         }
         let used = used.into_iter().map(|(key, (count, place))| KeyUse {
             key: key.name().to_owned(),

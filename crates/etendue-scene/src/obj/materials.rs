@@ -2,7 +2,7 @@
 
 use super::{chunk::Named, statements::Statements, unifier::NONE};
 use crate::{
-    Diagnostic, Diagnostics, FileId, Severity, Span,
+    Diagnostic, Diagnostics, FileId, Origin, Severity, Span,
     mesh_file::{KeyUse, MeshFile, NamedMaterial, OpenLibrary},
     mtl,
     text::shown,
@@ -173,7 +173,7 @@ impl Libraries<'_> {
         used.index.insert(number, used.materials.len() as u32);
         used.materials.push(match statements.material_names.get(number as usize) {
             Some(named) => self.material(named),
-            None => NamedMaterial { name: String::new(), material: MeshFile::default_material(""), origin: None },
+            None => grey("", None),
         });
     }
 
@@ -195,8 +195,12 @@ impl Libraries<'_> {
                 warning.suggest(&text, names)
             });
         }
-        NamedMaterial { material: MeshFile::default_material(&text), name: text, origin: Some(place.into()) }
+        grey(&text, Some(place.into()))
     }
+}
+
+fn grey(name: &str, origin: Option<Origin>) -> NamedMaterial {
+    NamedMaterial { name: name.to_owned(), material: Box::new(MeshFile::default_material(name)), origin }
 }
 
 /// Cuts a line into names that end in `.mtl`, so that names may hold blanks; what is left at the end is a name as well.

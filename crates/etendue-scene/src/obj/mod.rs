@@ -13,11 +13,18 @@
 //! | `sphere x y z r` | a sphere about (x, y, z), in the units of the file, with the current material: an extension |
 //! | `l`, `p`, free-form curves and surfaces, display attributes | skipped with a note |
 //!
-//! Lines end with LF, CRLF or CR, a backslash at the end continues one, `#` begins a comment. A byte order mark is skipped.
+//! Lines end with LF, CRLF or CR, a backslash at the end of one continues it as a blank would (so it also ends a word or number),
+//! `#` begins a comment. A byte order mark is skipped; UTF-16 is an error that says so. Names are bytes: what is not UTF-8 in
+//! them is replaced where they are shown and looked up.
 //!
 //! Corners with equal indices become one vertex, and vertices with the same position index have the same position by
-//! bits. Vertices that no face uses are left out. Time is linear in the file (concave polygons aside, whose work is
-//! bounded); memory is at most a small multiple of it.
+//! bits. Vertices that no face uses are left out.
+//!
+//! A file is read in pieces of 4 MiB that end with lines, each parsed by itself on any thread: indices that count backwards
+//! stay relative to the piece, and materials, groups and smoothing to what holds where the piece before ends. Then the pieces
+//! are put together in the order of the file, so that the result is the same, bit for bit, on any number of threads. Time
+//! is linear in the file (concave polygons aside, whose work is bounded). Large files stay on disk: memory is about twice
+//! that of the mesh, and at most a small multiple of the file.
 
 mod assemble;
 mod chunk;
@@ -120,4 +127,101 @@ fn named_groups(statements: &Statements, starts: &[usize], faces: usize) -> Vec<
             faces: start..end,
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{SourceError, SourceMap};
+    use proptest::{prelude::*, test_runner::RngSeed};
+
+    /// All that is read from a text in pieces of some size.
+    fn read_all(text: &[u8], size: usize) -> String {
+        let mut sources = SourceMap::new();
+        let file = sources.insert("m.obj", text.to_vec()).unwrap();
+        let content = sources.content(file);
+        let result = read_content(&content, size, file, &mut |name| Err(SourceError::NotFound(name.into())));
+        let found = match &result {
+            Ok(mesh) => &mesh.notes,
+            Err(found) => found,
+        };
+        let lines: Vec<String> = found.iter().map(|diagnostic| diagnostic.one_line(&sources)).collect();
+        format!("{:?}\n{}", result.as_ref().ok(), lines.join("\n"))
+    }
+
+    fn check(text: &[u8], sizes: &[usize]) {
+        let whole = read_all(text, PIECE_BYTES);
+        for &size in sizes {
+            let pieces = read_all(text, size);
+            let first = pieces.lines().zip(whole.lines()).find(|(a, b)| a != b);
+            assert!(pieces == whole, "pieces of {size} bytes: {first:.400?}");
+        }
+    }
+
+    #[test]
+    fn pieces_of_any_size_give_the_same() {
+        let mut count = 0;
+        for folder in ["meshes", "obj"] {
+            let folder = format!("{}/tests/data/{folder}", env!("CARGO_MANIFEST_DIR"));
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.extension().is_some_and(|ending| ending == "obj") {
+                    check(&std::fs::read(&path).unwrap(), &[1, 2, 3, 5, 10, 17, 40, 100]);
+                    count += 1;
+                }
+            }
+        }
+        assert!(count > 60, "{count}");
+    }
+
+    /// Errors in file order, with the right numbers of lines, the first hundred kept, whatever the pieces.
+    #[test]
+    fn places_of_errors_do_not_depend_on_the_pieces() {
+        let mut text = String::new();
+        for i in 0..400 {
+            text += &format!("v {i} 0 0\nv 1 x 0\nf 1 2 {}\nf -1 -2 -{}\n", 3 * i, 5 * i);
+        }
+        check(text.as_bytes(), &[16, 64, 1000]);
+        let all = read_all(text.as_bytes(), 64);
+        let lines: Vec<usize> =
+            all.lines().skip(1).map(|line| line.split(':').nth(1).unwrap().parse().unwrap()).collect();
+        assert_eq!(lines.len(), Diagnostics::KEPT);
+        assert!(lines.is_sorted() && lines[0] == 2, "{lines:?}");
+    }
+
+    fn statement() -> impl Strategy<Value = String> {
+        let index = prop_oneof![6 => 1i32..6, 4 => -6i32..0, 1 => Just(0), 1 => Just(99)];
+        let corner = (index.clone(), prop::option::of(index.clone()), prop::option::of(index)).prop_map(|(v, t, n)| {
+            let text = |i: Option<i32>| i.map_or(String::new(), |i| i.to_string());
+            match (t, n) {
+                (None, None) => v.to_string(),
+                (t, None) => format!("{v}/{}", text(t)),
+                (t, n) => format!("{v}/{}/{}", text(t), text(n)),
+            }
+        });
+        let words =
+            ["usemtl a", "usemtl b", "g x", "g", "o y", "o", "s 1", "s off", "s 2", "mtllib q", "# \\", "foo", ""];
+        prop_oneof![
+            4 => prop::collection::vec(corner, 2..6).prop_map(|corners| format!("f {}", corners.join(" "))),
+            3 => [-2i8..3, -2i8..3, -2i8..3].prop_map(|[x, y, z]| format!("v {x} {y} \\\n{z}")),
+            1 => [-2i8..3, -2i8..3].prop_map(|[u, v]| format!("vt {u} {v}")),
+            1 => [-2i8..3, -2i8..3, -2i8..3].prop_map(|[x, y, z]| format!("vn {x} {y} {z}")),
+            1 => [-2i8..3, -2i8..3, -2i8..3, 1i8..3].prop_map(|[x, y, z, r]| format!("sphere {x} {y} {z} {r}")),
+            3 => prop::sample::select(words.to_vec()).prop_map(str::to_owned),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 3000, rng_seed: RngSeed::Fixed(7), failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn any_statements_in_pieces(
+            statements in prop::collection::vec((statement(), prop::sample::select(vec!["\n", "\r\n", "\r", " \\\n\n"])), 0..40),
+            size in 1usize..60,
+        ) {
+            let start = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nv 2 2 0\nvt 0 1\nvn 0 0 1\n";
+            let text: String = statements.into_iter().map(|(text, end)| text + end).collect();
+            check(format!("{start}{text}").as_bytes(), &[size]);
+        }
+    }
 }

@@ -50,9 +50,7 @@ impl Finding for Skipped {
             Self::Attribute => Diagnostic::note(format!("`{key}` has no meaning here and is ignored{}", times(count))),
             Self::Weight => Diagnostic::note(format!("weights (w) of vertices are ignored ({})", of("line"))),
             Self::VertexColours => Diagnostic::note(format!("vertex colours are not read ({})", of("line"))),
-            Self::MoreNumbers => {
-                Diagnostic::note(format!("more numbers than a vertex has are ignored ({})", of("line")))
-            }
+            Self::MoreNumbers => Diagnostic::note(format!("surplus numbers are ignored ({})", of("line"))),
             Self::BadUv => {
                 Diagnostic::warning(format!("texture coordinates that are not finite count as 0 ({})", of("line")))
             }

@@ -145,9 +145,12 @@ pub fn compare(a: &Image, b: &Image, metric: Metric) -> Result<Comparison, Compa
     Ok(result)
 }
 
+/// A channel of the picture and of the reference.
+type Pair<'a> = (&'a [f32], &'a [f32]);
+
 /// Errors of a comparison, one or several a pixel.
 struct Errors<'a> {
-    pairs: Vec<(&'a [f32], &'a [f32])>,
+    pairs: Vec<Pair<'a>>,
     kind: Kind,
 }
 
@@ -157,14 +160,14 @@ enum Kind {
 }
 
 impl<'a> Errors<'a> {
-    fn new(pairs: Vec<(&'a [f32], &'a [f32])>, metric: Metric, width: usize) -> Result<Self, CompareError> {
+    fn new(pairs: Vec<Pair<'a>>, metric: Metric, width: usize) -> Result<Self, CompareError> {
         if let Some(error) = metric.of_samples() {
             return Ok(Self { pairs, kind: Kind::OfSamples(error) });
         }
         let [red, green, blue] = pairs[..] else { return Err(CompareError::NoColor) };
         // Filters would spread what is not finite.
         let finite = |values: [f32; 3]| if values.iter().all(|v| v.is_finite()) { values } else { [0.0; 3] };
-        let pixels = |of: fn((&'a [f32], &'a [f32])) -> &'a [f32]| -> Vec<[f32; 3]> {
+        let pixels = |of: fn(Pair<'a>) -> &'a [f32]| -> Vec<[f32; 3]> {
             let (r, g, b) = (of(red), of(green), of(blue));
             (0..r.len()).map(|i| finite([r[i], g[i], b[i]])).collect()
         };

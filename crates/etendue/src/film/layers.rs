@@ -145,11 +145,7 @@ impl Layers {
     /// Adds a sample to pixel `at`.
     #[inline]
     pub fn add(&mut self, plan: &Plan, at: usize, sample: &PathSample) {
-        let hit = sample.first.object != 0;
         for (quantity, offset) in &plan.quantities {
-            if quantity.is_of_hits() && !hit {
-                continue;
-            }
             let from = at * plan.sums + offset;
             let fraction = quantity.fraction();
             let sums = self.sums[from..from + quantity.width()].iter_mut();
@@ -161,7 +157,8 @@ impl Layers {
             }
         }
         if let Some(hits) = self.hits.get_mut(at) {
-            *hits += u32::from(hit);
+            // Where there is no surface, all its numbers are 0.
+            *hits += u32::from(sample.first.object != 0);
         }
     }
 

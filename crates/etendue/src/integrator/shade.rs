@@ -117,7 +117,7 @@ impl<'a> Vertex<'a> {
                 textured
             }
         };
-        let frame = Frame::from_normal(point.shading_normal);
+        let frame = frame(context, &point, hit, bsdf);
         let local_wo = frame.to_local(wo);
         Self { point, bsdf, frame, wo, local_wo }
     }
@@ -138,6 +138,18 @@ impl<'a> Vertex<'a> {
 pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3) -> FirstHit {
     let mut textured = Bsdf::Black;
     first_hit(context, &Vertex::new(context, point, hit, wo, &mut textured), hit)
+}
+
+/// The local frame: where a BSDF has a direction, x is that of growing u.
+#[inline]
+fn frame(context: &Context, point: &SurfacePoint, hit: &Hit, bsdf: &Bsdf) -> Frame {
+    let normal = point.shading_normal;
+    if bsdf.is_anisotropic()
+        && let Some(tangent) = context.scene.chart(point, hit).tangent(normal)
+    {
+        return Frame::from_tangent(normal, tangent);
+    }
+    Frame::from_normal(normal)
 }
 
 fn first_hit(context: &Context, vertex: &Vertex, hit: &Hit) -> FirstHit {

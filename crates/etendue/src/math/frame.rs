@@ -24,6 +24,12 @@ impl Frame {
         Self { s: vec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), t: vec3(b, sign + n.y * n.y * a, -n.y), n }
     }
 
+    /// A frame about the unit vector `n` with x along `tangent`, a unit vector across `n`.
+    #[inline]
+    pub fn from_tangent(n: Vec3, tangent: Vec3) -> Self {
+        Self { s: tangent, t: n.cross(tangent), n }
+    }
+
     /// World to local.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {

@@ -57,3 +57,32 @@ impl FilterTable {
         (self.low + (choice.index as f32 + x.min(1.0)) * self.width, weight)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where a filter is linear between nodes, places follow it exactly: here it rises in the two outermost intervals alone.
+    #[test]
+    fn places_follow_the_slope_inside_of_an_interval() {
+        let width = 2.0 / INTERVALS as f64;
+        let table = FilterTable::new(1.0, &|x| (x - (1.0 - width)).max(0.0)).expect("an integral");
+        for i in 1..1000u32 {
+            let u = (i as f32 + 0.5) / 2000.0;
+            let (x, weight) = table.sample(0.5 + u);
+            let inside = (f64::from(x) - (1.0 - width)) / width;
+            let expected = (2.0 * f64::from(u)).sqrt();
+            assert!((inside - expected).abs() < 1e-3, "{u}: {inside}, not {expected}");
+            assert!((weight - 1.0).abs() < 1e-4, "{weight}");
+            let (mirrored, _) = table.sample(0.5 - u);
+            assert!((mirrored + x).abs() < 1e-6, "{mirrored} {x}");
+        }
+    }
+
+    #[test]
+    fn filters_without_a_positive_integral_are_refused() {
+        let refused = |kernel: &dyn Fn(f64) -> f64| FilterTable::new(1.0, kernel).is_none();
+        assert!(refused(&|_| 0.0) && refused(&|_| -1.0) && refused(&|_| f64::NAN) && refused(&|x| x - 2.0));
+        assert!(FilterTable::new(f64::INFINITY, &|_| 1.0).is_none());
+    }
+}

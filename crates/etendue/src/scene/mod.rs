@@ -198,7 +198,7 @@ impl Scene {
             None => opacity.factor,
             Some(_) => opacity.at(self.texture_coordinates(point, hit)),
         };
-        value.max(0.0).min(1.0)
+        value.clamp(0.0, 1.0)
     }
 
     /// How much there is in the scene.

@@ -152,7 +152,7 @@ impl TextureImage {
 
     /// True if texels have an opacity.
     pub fn has_alpha(&self) -> bool {
-        self.channels % 2 == 0
+        self.channels.is_multiple_of(2)
     }
 
     /// True if some texel's opacity is below 1.

@@ -34,6 +34,10 @@ fn samples_follow_their_density() {
     let tests = cases.len() * outgoing.len();
     for (i, case) in cases.iter().enumerate() {
         for (j, &wo) in outgoing.iter().enumerate() {
+            // All angles, but at each only one side, in turn: what is behind is compared with the front elsewhere.
+            if !prove && (i + j / 2 + j) % 2 == 1 {
+                continue;
+            }
             let sample = |rng: &mut Rng| match draw(&case.bsdf, wo, rng) {
                 None => Drawn::Nothing,
                 Some(sample) => match sample.density {

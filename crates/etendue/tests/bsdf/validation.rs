@@ -102,7 +102,7 @@ fn spoilt_principled(color: Spectrum, number: f32) -> impl Iterator<Item = (&'st
 fn numbers_out_of_range_are_named() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.1, 1e9] {
         for (name, scattering) in spoilt(Spectrum([0.5, bad, 0.5]), bad) {
-            let error = material(scattering.clone()).validate().unwrap_err();
+            let error = material(scattering).validate().unwrap_err();
             assert_eq!(error.parameter(), name, "{scattering:?}");
             assert!(error.to_string().contains("thing"), "{error}");
         }

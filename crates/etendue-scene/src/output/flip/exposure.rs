@@ -23,7 +23,7 @@ pub(super) fn displayed(pixel: [f32; 3], stops: f64) -> [f32; 3] {
 
 /// Exposures in stops, about one stop apart: from where the reference's brightest pixel is bright on the display to where
 /// its median is. One alone for a reference without light.
-pub(crate) fn exposures(reference: &[[f32; 3]]) -> Vec<f64> {
+pub(super) fn exposures(reference: &[[f32; 3]]) -> Vec<f64> {
     let luminance = |p: &[f32; 3]| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]);
     let mut luminances: Vec<f64> = reference.iter().map(luminance).collect();
     if luminances.is_empty() {

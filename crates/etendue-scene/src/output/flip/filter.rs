@@ -31,7 +31,11 @@ pub(super) fn blur_kernels(pixels_per_degree: f64) -> [Blur; 3] {
             (a * (PI / b).sqrt(), axis)
         };
         let mut kernel: Blur = terms.iter().map(term).collect();
-        let whole: f64 = kernel.iter().map(|(weight, axis)| weight * axis.iter().sum::<f64>().powi(2)).sum();
+        let weight_of = |(weight, axis): &(f64, Vec<f64>)| {
+            let sum: f64 = axis.iter().sum();
+            weight * sum * sum
+        };
+        let whole: f64 = kernel.iter().map(weight_of).sum();
         kernel.iter_mut().for_each(|(weight, _)| *weight /= whole);
         kernel
     })

@@ -10,7 +10,7 @@ mod exposure;
 mod filter;
 
 use color::{LARGEST_DIFFERENCE, hunt_lab, hyab, linear_rgb, opponent};
-pub(crate) use exposure::exposures;
+use exposure::exposures;
 use filter::{Plane, blur_kernels, feature_kernels};
 use std::thread;
 
