@@ -137,7 +137,7 @@ fn whatever_its_size_shape_and_place_a_model_fills_the_frame() {
         folder.put("m.obj", model);
         for view in ["", "--view front", "--view side", "--view top", "--view iso", "--up z"] {
             // From their edges there is little to see of flat ones.
-            if view != "" && ["plane", "floor", "back", "triangle", "sheet", "pole"].contains(&name) {
+            if !view.is_empty() && ["plane", "floor", "back", "triangle", "sheet", "pole"].contains(&name) {
                 continue;
             }
             let words =
