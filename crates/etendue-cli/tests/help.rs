@@ -100,3 +100,18 @@ fn no_colours_where_they_are_not_wanted() {
     let output = folder.command("render none.toml").env("NO_COLOR", "1").env("CLICOLOR_FORCE", "1").output().unwrap();
     assert!(!output.stderr.contains(&0x1b), "{output:?}");
 }
+
+const MANUAL: &str = include_str!("../../../docs/command-line.md");
+
+#[test]
+fn the_manual_names_every_material_view_code_and_subcommand() {
+    use etendue_scene::model_scene::{ModelMaterial, ModelView};
+    let materials = ModelMaterial::all().map(ModelMaterial::name);
+    let views = ModelView::ALL.map(ModelView::name);
+    for name in materials.chain(views).chain(SUBCOMMANDS) {
+        assert!(MANUAL.contains(&format!("`{name}`")), "{name} is not in the manual");
+    }
+    for code in [0, 1, 2, 3, 4, 5, 130] {
+        assert!(MANUAL.contains(&format!("\n| {code} | ")), "{code} is not in the manual");
+    }
+}
