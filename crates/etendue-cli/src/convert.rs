@@ -53,7 +53,8 @@ fn mesh(args: &ConvertArgs, input: &Path, output: &Path) -> Result<Exit, Failure
     let mesh = model::read(input, &mut sources, &Limits::default())?;
     tell_losses(format, &mesh);
     write_mesh(output, format, &mesh, &texture_folder(input, &mesh, &sources))?;
-    report::say(Import::new(output, &mesh).to_string());
+    let written = Import { keys: Vec::new(), ..Import::new(output, &mesh) };
+    report::say(written.to_string());
     Ok(Exit::Done)
 }
 

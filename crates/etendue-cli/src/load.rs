@@ -124,7 +124,7 @@ fn tell_imports(args: &RenderArgs, input: &Input) {
     let imports: Vec<&Import> = input.imports.iter().filter(|import| seen.insert(&import.path)).collect();
     let mut told = false;
     for import in imports.iter().take(MOST) {
-        let more = import.approximated() + import.ignored() > 0;
+        let more = import.approximated() + import.ignored() + import.other_findings() > 0;
         told |= more;
         let who = if more { format!(" (etendue info {} tells which)", import.path.display()) } else { String::new() };
         report::say(format!("{import}{who}"));

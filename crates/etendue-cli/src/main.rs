@@ -35,6 +35,9 @@ fn main() -> ExitCode {
     };
     let ended = match &cli.command {
         None if cli.schema => tools::schema(),
+        Some(_) if cli.schema => {
+            Err(Failure::new(Exit::Usage, "--schema stands alone").hint("leave the subcommand out"))
+        }
         None => Err(Failure::new(Exit::Usage, "nothing to do").hint("etendue --help tells what there is")),
         Some(Command::Render(args)) => render::run(args),
         Some(Command::Scene(args)) => model::run(args),

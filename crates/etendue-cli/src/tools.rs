@@ -71,7 +71,14 @@ fn page(command: Command) -> io::Result<Vec<u8>> {
     }
     out.extend(section("ENVIRONMENT"));
     out.extend(b".TP\nNO_COLOR\nIf set and not empty, messages have no colours.\n");
-    Ok(out)
+    Ok(without_repeats(&String::from_utf8_lossy(&out)).into_bytes())
+}
+
+/// Each part begins with the same definition of an apostrophe, which once is enough for.
+fn without_repeats(page: &str) -> String {
+    const PREAMBLE: [&str; 2] = [".ie \\n(.g .ds Aq \\(aq\n", ".el .ds Aq '\n"];
+    let body: String = page.split_inclusive('\n').filter(|line| !PREAMBLE.contains(line)).collect();
+    PREAMBLE.concat() + &body
 }
 
 fn section(name: &str) -> Vec<u8> {

@@ -74,7 +74,7 @@ fn pictures() {
     }
     assert_eq!(plain[2][1], 1.0, "clipped");
     folder.run("convert p.pfm soft.png --tonemap reinhard").with_code(0);
-    assert!(channels(&folder.image("soft.png"))[2][1] < 1.0);
+    assert!(channels(&folder.image("soft.png"))[1][1] < 0.9 * plain[1][1]);
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn layers() {
         folder.run(&format!("convert p.exr d.exr --layer {layer}")).with_code(0);
         assert_eq!(channels(&folder.image("d.exr")), [[3.0, 4.0], [3.0, 4.0], [3.0, 4.0]].map(|c| c.to_vec()));
     }
-    folder.run("convert p.exr x.png --layer Albedo").with_code(2).saying(&["no layer `Albedo`", "N, Depth"]);
+    folder.run("convert p.exr x.png --layer Albedo").with_code(2).saying(&["no layer `Albedo`", "Depth, N"]);
 }
 
 #[test]

@@ -21,23 +21,54 @@ fn help_leads_with_examples() {
     assert!(SUBCOMMANDS.iter().all(|name| help.contains(&format!("\n  {name} "))), "{help}");
 }
 
-#[test]
-fn examples_in_help_parse() {
+/// A folder with every file that an example names.
+fn folder_of_examples() -> Folder {
     let folder = Folder::new();
+    std::fs::create_dir(folder.path("scenes")).unwrap();
+    folder.put("scenes/cornell-box.toml", SCENE);
+    for name in ["bunny.obj", "cow.obj"] {
+        folder.put(name, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
+    }
+    for words in [
+        "render scene.toml -o reference.exr --quiet",
+        "render scene.toml -o render.exr --aov albedo --quiet",
+        "convert render.exr sky.exr",
+        "convert render.exr sky.hdr",
+        "convert render.exr cow.png",
+        "convert render.exr a.png",
+        "convert render.exr reference.png",
+        "convert bunny.obj part.stl",
+        "convert bunny.obj scan.stl",
+        "convert cow.obj cow.ply",
+    ] {
+        folder.run(words).with_code(0);
+    }
+    std::fs::rename(folder.path("cow.ply"), folder.path("cow.ply.gz")).unwrap();
+    folder
+}
+
+#[test]
+fn the_examples_in_the_help_run() {
+    let folder = folder_of_examples();
+    let mut count = 0;
     for words in std::iter::once("--help".to_owned()).chain(SUBCOMMANDS.map(|name| format!("{name} --help"))) {
-        let help = folder.run(&words).stdout;
-        let examples = help
-            .lines()
-            .take_while(|line| !line.starts_with("Usage"))
-            .filter_map(|line| line.strip_prefix("  etendue "));
-        for example in examples {
-            // What follows two blanks is a comment, what follows a bar or an arrow is for the shell.
-            let words = example.split("  ").next().unwrap();
-            let words = words.split(" | ").next().unwrap().split(" > ").next().unwrap();
-            let ended = folder.run(words);
-            assert!(![1, 101].contains(&ended.code), "{words}: {ended:#?}");
+        let help = folder.run(&words).with_code(0).stdout;
+        for example in help.lines().filter_map(|line| line.strip_prefix("  etendue ")) {
+            // What follows two blanks is a comment; what follows a bar or an arrow is for the shell.
+            let words = example.split("  ").next().unwrap().split(" | ").next().unwrap().split(" > ").next().unwrap();
+            // The limit in the example of a comparison is one that holds.
+            std::fs::copy(folder.path("reference.exr"), folder.path("a.exr")).unwrap();
+            let is_model = words.contains(".obj") || words.contains(".stl");
+            let quick = match words.starts_with("render") {
+                true if is_model => " --size 8x8 --spp 1",
+                true => " --threads 2",
+                false => "",
+            };
+            folder.run(&format!("{words}{quick}")).with_code(0);
+            count += 1;
         }
     }
+    assert!(count > 25, "{count}");
 }
 
 #[test]
@@ -68,4 +99,19 @@ fn no_colours_where_they_are_not_wanted() {
     let folder = Folder::new();
     let output = folder.command("render none.toml").env("NO_COLOR", "1").env("CLICOLOR_FORCE", "1").output().unwrap();
     assert!(!output.stderr.contains(&0x1b), "{output:?}");
+}
+
+const MANUAL: &str = include_str!("../../../docs/command-line.md");
+
+#[test]
+fn the_manual_names_every_material_view_code_and_subcommand() {
+    use etendue_scene::model_scene::{ModelMaterial, ModelView};
+    let materials = ModelMaterial::all().map(ModelMaterial::name);
+    let views = ModelView::ALL.map(ModelView::name);
+    for name in materials.chain(views).chain(SUBCOMMANDS) {
+        assert!(MANUAL.contains(&format!("`{name}`")), "{name} is not in the manual");
+    }
+    for code in [0, 1, 2, 3, 4, 5, 130] {
+        assert!(MANUAL.contains(&format!("\n| {code} | ")), "{code} is not in the manual");
+    }
 }

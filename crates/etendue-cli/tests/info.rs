@@ -22,9 +22,12 @@ fn folder() -> Folder {
     folder
 }
 
-/// The keys of an object, sorted.
+/// The keys of an object, sorted; all are in the manual.
 fn keys(value: &Value) -> Vec<&str> {
-    value.as_object().unwrap().keys().map(String::as_str).collect()
+    let manual = include_str!("../../../docs/command-line.md");
+    let keys: Vec<&str> = value.as_object().unwrap().keys().map(String::as_str).collect();
+    assert!(keys.iter().all(|key| *key == "kind" || manual.contains(&format!("`{key}`"))), "{keys:?}");
+    keys
 }
 
 #[test]

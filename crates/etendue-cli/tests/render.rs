@@ -162,27 +162,6 @@ fn a_scene_without_light_is_said_to_be_black() {
 }
 
 #[test]
-fn the_examples_in_the_help_run() {
-    let folder = Folder::new();
-    fs::create_dir(folder.path("scenes")).unwrap();
-    folder.put("scenes/cornell-box.toml", SCENE);
-    folder.run("render scene.toml -o reference.exr --quiet").with_code(0);
-    let mut count = 0;
-    for help in ["--help", "render --help", "diff --help"] {
-        let help = folder.run(help).with_code(0).stdout;
-        for example in help.lines().filter_map(|line| line.strip_prefix("  etendue ")) {
-            let words = example.split("   ").next().unwrap().split(" | ").next().unwrap();
-            // The limit in the example of a comparison is one that holds.
-            fs::copy(folder.path("reference.exr"), folder.path("a.exr")).unwrap();
-            let threads = if words.starts_with("render") { " --threads 2" } else { "" };
-            folder.run(&format!("{words}{threads}")).with_code(0);
-            count += 1;
-        }
-    }
-    assert_eq!(count, 11);
-}
-
-#[test]
 fn command_lines_in_files_can_be_read_by_a_shell() {
     let folder = Folder::new();
     fs::rename(folder.path("scene.toml"), folder.path("it's a scene.toml")).unwrap();

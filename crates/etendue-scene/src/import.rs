@@ -60,16 +60,26 @@ impl Import {
 
     /// Keys that count, but not as they are meant.
     pub fn approximated(&self) -> usize {
-        self.keys.iter().filter(|key| matches!(key.status, KeyStatus::Approximated(_))).count()
+        self.keys.iter().filter(|entry| is_key(entry) && matches!(entry.status, KeyStatus::Approximated(_))).count()
     }
 
     /// Keys that do not count.
     pub fn ignored(&self) -> usize {
-        self.keys.iter().filter(|key| matches!(key.status, KeyStatus::Ignored(_))).count()
+        self.keys.iter().filter(|entry| is_key(entry) && matches!(entry.status, KeyStatus::Ignored(_))).count()
+    }
+
+    /// What was found besides: repaired faces, vertices that nothing uses.
+    pub fn other_findings(&self) -> usize {
+        self.keys.iter().filter(|entry| !is_key(entry) && entry.status != KeyStatus::Used).count()
     }
 }
 
-/// One line: counts, and how many keys were approximated or ignored.
+/// Some are of no one word of the file.
+fn is_key(entry: &KeyUse) -> bool {
+    !entry.key.is_empty()
+}
+
+/// One line: counts, and what there is to tell of keys.
 impl fmt::Display for Import {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.path.display(), counted(self.triangles, "triangle"))?;
@@ -79,9 +89,13 @@ impl fmt::Display for Import {
             }
         }
         let mut separator = "; ";
-        for (count, what) in [(self.approximated(), "approximated"), (self.ignored(), "ignored")] {
+        for (count, noun, what) in [
+            (self.approximated(), "key", " approximated"),
+            (self.ignored(), "key", " ignored"),
+            (self.other_findings(), "other finding", ""),
+        ] {
             if count > 0 {
-                write!(f, "{separator}{} {what}", counted(count, "key"))?;
+                write!(f, "{separator}{}{what}", counted(count, noun))?;
                 separator = ", ";
             }
         }
@@ -114,7 +128,7 @@ pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::with_capacity(digits.len() * 4 / 3);
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);

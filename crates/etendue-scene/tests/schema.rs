@@ -212,12 +212,17 @@ fn messages(text: &str) -> Vec<(String, String)> {
     found.iter().map(|d| (d.message.clone(), d.label.clone().unwrap_or_default())).collect()
 }
 
-/// Each key with the types that use it.
+/// Each key with the types that use it; with none where its table has no types.
 fn keys() -> impl Iterator<Item = (&'static Section, &'static Key, Vec<Option<&'static str>>)> {
     SECTIONS[1..].iter().flat_map(|section| {
-        section.keys.iter().map(|key| {
-            let types = if key.types.is_empty() { vec![None] } else { key.types.iter().copied().map(Some).collect() };
-            (*section, key, types)
+        let picker = if section.key("shape").is_some() { "shape" } else { "type" };
+        let of_section = match kind(section.name, picker) {
+            Some(Kind::Choice(names)) => names.into_iter().map(Some).collect(),
+            _ => vec![None],
+        };
+        section.keys.iter().map(move |key| {
+            let own = key.types.iter().copied().map(Some).collect();
+            (*section, key, if key.types.is_empty() { of_section.clone() } else { own })
         })
     })
 }

@@ -132,7 +132,7 @@ impl Told for MeshInfo {
         page.rows("bounds", self.bounds.iter().map(|b| format!("{}, in the file's units", b.text())));
         page.row("memory", self.memory.text());
         KeyEntry::rows(&self.keys, &mut page);
-        FindingEntry::rows(&self.findings, &mut page);
+        FindingEntry::rows(&self.findings, &self.keys.iter().collect::<Vec<_>>(), &mut page);
         page.text()
     }
 }

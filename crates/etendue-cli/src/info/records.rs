@@ -177,11 +177,12 @@ impl FindingEntry {
         found.iter().map(entry).collect()
     }
 
-    /// Rows of a page.
-    pub fn rows(found: &[Self], page: &mut Page) {
+    /// Rows of a page, of what `keys` do not say already.
+    pub fn rows(found: &[Self], keys: &[&KeyEntry], page: &mut Page) {
+        let said = |entry: &Self| keys.iter().any(|key| key.why.as_ref() == Some(&entry.message));
         for severity in [Severity::Warning, Severity::Note] {
             let name = severity.to_string();
-            let of_it = found.iter().filter(|entry| entry.severity == name);
+            let of_it = found.iter().filter(|entry| entry.severity == name && !said(entry));
             let line = |entry: &Self| match (&entry.file, entry.line) {
                 (Some(file), Some(line)) => format!("{file}:{line}: {}", entry.message),
                 _ => entry.message.clone(),

@@ -202,7 +202,8 @@ impl Told for SceneInfo {
             KeyEntry::rows(&import.keys, &mut page);
         }
         page.rows("files", self.files.iter().cloned());
-        FindingEntry::rows(&self.findings, &mut page);
+        let keys: Vec<&KeyEntry> = self.imports.iter().flat_map(|import| &import.keys).collect();
+        FindingEntry::rows(&self.findings, &keys, &mut page);
         page.text()
     }
 }

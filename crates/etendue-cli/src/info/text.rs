@@ -57,15 +57,13 @@ pub fn count(number: usize) -> String {
     grouped(number as u64)
 }
 
-/// A number with as many digits as tell something.
+/// A number with six digits, or fewer if the rest are zeros.
 pub fn number(value: f64) -> String {
+    let digits = format!("{value:.5e}");
     let size = value.abs();
-    if value == 0.0 || (1e-4..1e7).contains(&size) {
-        let digits = (5 - size.max(1e-9).log10().floor() as i32).clamp(0, 9) as usize;
-        let text = format!("{value:.digits$}");
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-    } else {
-        format!("{value:.5e}")
+    match digits.parse::<f64>() {
+        Ok(rounded) if value == 0.0 || (1e-4..1e7).contains(&size) => format!("{}", rounded + 0.0),
+        _ => digits,
     }
 }
 

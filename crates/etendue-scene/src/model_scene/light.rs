@@ -84,7 +84,7 @@ pub fn lamp(survey: &Survey, stand: &Stand) -> String {
 
 /// Solid angle of the lamp from the model's middle, as if it were small.
 fn rectangle_solid_angle() -> f64 {
-    (LAMP_SIDE / LAMP_DISTANCE).powi(2)
+    (LAMP_SIDE / LAMP_DISTANCE) * (LAMP_SIDE / LAMP_DISTANCE)
 }
 
 /// Stops that bring the mean radiance in a room of grey walls, lit by the model's own emission, to what suits the eye.

@@ -124,7 +124,7 @@ pub fn model_scene(mesh: &MeshFile, options: &ModelOptions) -> Result<String, Mo
     let scale = scale(&model)?;
     let model = model.scaled(scale);
     let survey = model.survey(options.surface.is_none());
-    if !(survey.area > 0.0 && survey.size().length() > 0.0) {
+    if survey.area <= 0.0 || survey.size().length() <= 0.0 {
         return Err(ModelError::NoArea);
     }
     let scene = Plan::new(&model, &survey, mesh, options);
@@ -148,7 +148,7 @@ fn scale(model: &Model) -> Result<f64, ModelError> {
     let reach = model.reach(&[DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z]);
     let farthest = reach.iter().fold(0.0, |far: f64, r| far.max(r.abs()));
     let size = (0..3).map(|axis| reach[axis] + reach[axis + 3]).fold(0.0, f64::max);
-    if !(size > 0.0) {
+    if size <= 0.0 {
         return Err(ModelError::NoArea);
     }
     if farthest < LARGEST && size > SMALLEST {

@@ -142,25 +142,39 @@ fn before(normal: DVec3) -> DVec3 {
 }
 
 /// The nearest camera in the direction `back` that sees all of the model within `fill` of the picture, the model in its
-/// middle. A plane through the camera and an edge of the picture touches the model on each side; that gives the two
-/// coordinates across the view as middles, and the one along it as the farther of two.
+/// middle.
+///
+/// A plane through the camera and an edge of the picture touches the model on each side. Two of them opposite each other give
+/// the place of the camera across the view, in the middle, and its distance; the axis of the picture that asks for the larger
+/// distance decides. On the other one the model fills less of the picture: how much follows from the distance, and is found
+/// by a few rounds, each of which gives a better middle.
 fn outside(model: &Model, survey: &Survey, back: DVec3, size: [u32; 2], fill: f64, words: &'static str) -> Stand {
+    const ROUNDS: usize = 4;
     let up = if back.y.abs() > 0.999 { DVec3::NEG_Z } else { DVec3::Y };
     let right = up.cross(back).normalize();
-    let above = back.cross(right);
-    let [width, height] = size.map(f64::from);
+    let axes = [right, back.cross(right)];
+    let longer = f64::from(size[0].max(size[1]));
     let half = libm::tan((0.5 * FOV).to_radians()) * fill;
-    let (half_x, half_y) = (half * width / width.max(height), half * height / width.max(height));
-    let sides = [right + back * half_x, -right + back * half_x, above + back * half_y, -above + back * half_y];
     // About the middle of the model, so that nothing is lost where it lies far away.
     let center = survey.center();
-    let reach = model.reach(&sides);
-    let reach: [f64; 4] = std::array::from_fn(|i| reach[i] - sides[i].dot(center));
-    let distance = ((reach[0] + reach[1]) / (2.0 * half_x)).max((reach[2] + reach[3]) / (2.0 * half_y));
-    let across = right * (0.5 * (reach[0] - reach[1])) + above * (0.5 * (reach[2] - reach[3]));
-    let target = center + across;
+    let touch = |halves: [f64; 2]| {
+        let [x, y] = std::array::from_fn(|i| [axes[i] + back * halves[i], back * halves[i] - axes[i]]);
+        let sides = [x[0], x[1], y[0], y[1]];
+        let reach = model.reach(&sides);
+        let reach: [f64; 4] = std::array::from_fn(|i| reach[i] - sides[i].dot(center));
+        [[reach[0], reach[1]], [reach[2], reach[3]]]
+    };
+    let mut halves = size.map(|side| half * f64::from(side) / longer);
+    let mut reach = touch(halves);
+    let asked = |i: usize| (reach[i][0] + reach[i][1]) / (2.0 * halves[i]);
     // Never in the model's plane: a model without depth along the view still has a distance.
-    let distance = distance.max(1e-6 * survey.size().max_element());
+    let distance = asked(0).max(asked(1)).max(1e-6 * survey.size().max_element());
+    for _ in 0..ROUNDS {
+        halves = reach.map(|[low, high]| (low + high) / (2.0 * distance));
+        reach = touch(halves);
+    }
+    let across = axes[0] * (0.5 * (reach[0][0] - reach[0][1])) + axes[1] * (0.5 * (reach[1][0] - reach[1][1]));
+    let target = center + across;
     Stand { back, up, position: target + back * distance, target, fov: FOV, words }
 }
 

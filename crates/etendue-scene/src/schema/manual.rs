@@ -12,7 +12,7 @@ pub fn meaning(section: &str, key: &str) -> Option<String> {
     let names = columns(rows.next()?);
     let column = names.iter().position(|name| name == "meaning" || name == "what")?;
     let row = rows.find(|row| columns(row).first().is_some_and(|name| name.trim_matches('`') == key))?;
-    let words = columns(&row).get(column)?.replace('`', "");
+    let words = columns(row).get(column)?.replace('`', "");
     (!words.is_empty()).then_some(words)
 }
 
