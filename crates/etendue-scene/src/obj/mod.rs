@@ -30,6 +30,7 @@ mod assemble;
 mod chunk;
 mod corners;
 mod materials;
+mod runs;
 mod skipped;
 mod statements;
 pub(crate) mod unifier;

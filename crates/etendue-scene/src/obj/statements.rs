@@ -1,8 +1,9 @@
 //! The statements of an OBJ file: its pieces put together.
 
 use super::{
-    chunk::{self, Chunk, FACES_A_PLACE, Faces, Known, NameAt, Named, Names, Runs},
+    chunk::{self, Chunk, FACES_A_PLACE, Known, NameAt, Named, Names},
     corners::{Corners, Counts},
+    runs::{Faces, Runs},
     skipped::Skipped,
     unifier::NONE,
 };
