@@ -102,18 +102,18 @@ impl<'a> Vertex<'a> {
     /// Where parameters have textures, the BSDF is made for this point and kept in `textured`.
     #[inline]
     fn new(context: &Context<'a>, mut point: SurfacePoint, hit: &Hit, wo: Vec3, textured: &'a mut Bsdf) -> Self {
-        let material = &context.scene.materials()[point.material as usize];
-        if let Some(relief) = &material.relief {
-            point.shading_normal = relief.normal(point.shading_normal, &context.scene.chart(&point, hit));
+        let plain = context.scene.bsdf(point.material);
+        if plain.is_none() {
+            point.shading_normal = context.scene.detailed_normal(&point, hit);
         }
         // Interpolated normals may face away from a viewer who does see the surface: there the true normal is used.
         if point.shading_normal.dot(wo) * point.geometric_normal.dot(wo) <= 0.0 {
             point.shading_normal = point.geometric_normal;
         }
-        let bsdf = match context.scene.bsdf(point.material) {
+        let bsdf = match plain {
             Some(bsdf) => bsdf,
             None => {
-                *textured = material.bsdf(context.scene.texture_coordinates(&point, hit));
+                *textured = context.scene.bsdf_at(&point, hit);
                 textured
             }
         };

@@ -3,6 +3,7 @@
 
 use super::{FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant, emitters};
 use crate::{
+    bsdf::Bsdf,
     light::{LightTable, LightTableError},
     material::Material,
     math::{DAffine3, DMat3, DVec3, Vec3},
@@ -103,7 +104,7 @@ impl Scene {
         Ok(Self {
             center,
             placements,
-            bsdfs: parts.materials.iter().map(|m| m.scattering.constant().map(|values| values.bsdf())).collect(),
+            bsdfs: parts.materials.iter().map(plain_bsdf).collect(),
             lights: LightTable::new(lights, f64::from(radius))?,
             varied,
             has_delta_lights: !parts.delta_lights.is_empty(),
@@ -113,6 +114,12 @@ impl Scene {
             stats,
         })
     }
+}
+
+/// The BSDF of a material that is the same everywhere.
+fn plain_bsdf(material: &Material) -> Option<Bsdf> {
+    let values = material.scattering.constant().filter(|_| material.relief.is_none())?;
+    Some(values.bsdf())
 }
 
 struct Builder<'a> {

@@ -111,7 +111,7 @@ pub struct Scene {
     center: DVec3,
     placements: Vec<Placement>,
     materials: Vec<Material>,
-    /// Of materials without textures.
+    /// Of materials without textures and relief.
     bsdfs: Vec<Option<Bsdf>>,
     lights: LightTable,
     varied: VariedLights,
@@ -167,7 +167,7 @@ impl Scene {
         &self.materials
     }
 
-    /// Scattering of material `index`, if it is the same everywhere.
+    /// Scattering of material `index`, if it is the same everywhere and the material has no relief.
     #[inline]
     pub fn bsdf(&self, index: u32) -> Option<&Bsdf> {
         self.bsdfs[index as usize].as_ref()
@@ -179,6 +179,22 @@ impl Scene {
         surface::surface_point(&self.placements[hit.id.instance as usize], ray, hit)
     }
 
+    /// Scattering at a hit, textures looked up.
+    // Kept out of the loop over vertices, most of which do without.
+    #[inline(never)]
+    pub fn bsdf_at(&self, point: &SurfacePoint, hit: &Hit) -> Bsdf {
+        self.materials[point.material as usize].bsdf(self.texture_coordinates(point, hit))
+    }
+
+    /// Shading normal at a hit with the relief of its material, unit length.
+    #[inline(never)]
+    pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit) -> Vec3 {
+        match &self.materials[point.material as usize].relief {
+            None => point.shading_normal,
+            Some(relief) => relief.normal(point.shading_normal, &self.chart(point, hit)),
+        }
+    }
+
     /// Texture coordinates of a hit.
     #[inline]
     pub fn texture_coordinates(&self, point: &SurfacePoint, hit: &Hit) -> Vec2 {
@@ -186,6 +202,7 @@ impl Scene {
     }
 
     /// Texture coordinates of a hit with their directions.
+    #[inline(never)]
     pub fn chart(&self, point: &SurfacePoint, hit: &Hit) -> Chart {
         surface::chart(&self.placements[hit.id.instance as usize], point, hit)
     }
