@@ -1,6 +1,6 @@
 //! A smooth dielectric, as an interface or as a thin sheet.
 
-use super::{BsdfEval, BsdfSample, Density, Scatter, fresnel, mirrored, share};
+use super::{BsdfEval, BsdfSample, Scatter, fresnel, mirrored, share};
 use crate::{math::Vec3, spectrum::Spectrum};
 
 /// Fresnel reflection and refraction, both discrete.
@@ -58,19 +58,11 @@ impl Scatter for Glass {
         let reflection = self.reflection_tint * reflected;
         let transmission = self.transmission_tint * (1.0 - reflected);
         let chosen = share(reflection.mean(), transmission.mean());
-        let transmitted = u_lobe >= chosen;
-        let (wi, value, probability, eta) = if transmitted {
-            (through, transmission / (eta * eta), share(transmission.mean(), reflection.mean()), eta)
+        if u_lobe >= chosen {
+            BsdfSample::refracted(through, transmission, share(transmission.mean(), reflection.mean()), eta)
         } else {
-            (mirrored(wo), reflection, chosen, 1.0)
-        };
-        (probability > 0.0).then(|| BsdfSample {
-            wi,
-            weight: value / probability,
-            density: Density::Discrete(probability),
-            transmitted,
-            eta,
-        })
+            BsdfSample::reflected(mirrored(wo), reflection, chosen)
+        }
     }
 
     #[inline]

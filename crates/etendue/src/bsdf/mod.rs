@@ -61,6 +61,22 @@ pub struct BsdfSample {
     pub eta: f32,
 }
 
+impl BsdfSample {
+    /// A discrete direction on the side of `wo` that scatters `value` and was chosen with `probability`; `None` if that is 0.
+    #[inline]
+    fn reflected(wi: Vec3, value: Spectrum, probability: f32) -> Option<Self> {
+        let density = Density::Discrete(probability);
+        (probability > 0.0).then(|| Self { wi, weight: value / probability, density, transmitted: false, eta: 1.0 })
+    }
+
+    /// The same on the other side, `value` being the share of the power and `eta` the index there over that here.
+    #[inline]
+    fn refracted(wi: Vec3, value: Spectrum, probability: f32, eta: f32) -> Option<Self> {
+        let sample = Self::reflected(wi, value / (eta * eta), probability)?;
+        Some(Self { transmitted: true, eta, ..sample })
+    }
+}
+
 /// A BSDF's continuous lobes, for a pair of directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfEval {

@@ -120,19 +120,16 @@ impl Scatter for Mtl {
         let reflection = self.specular - self.glossy() + self.transmission * interface.reflectance;
         let refraction = self.transmission * (1.0 - interface.reflectance);
         let transmitted = u_lobe >= up_to_glossy + self.probability(reflection);
-        let (wi, value, probability, eta) = if transmitted {
-            let wi = refracted_by_surface(wo, interface.cos_t, eta);
-            (wi, refraction / (eta * eta), self.probability(refraction), eta)
+        if transmitted {
+            BsdfSample::refracted(
+                refracted_by_surface(wo, interface.cos_t, eta),
+                refraction,
+                self.probability(refraction),
+                eta,
+            )
         } else {
-            (mirrored(wo), reflection, self.probability(reflection), 1.0)
-        };
-        (probability > 0.0).then(|| BsdfSample {
-            wi,
-            weight: value / probability,
-            density: Density::Discrete(probability),
-            transmitted,
-            eta,
-        })
+            BsdfSample::reflected(mirrored(wo), reflection, self.probability(reflection))
+        }
     }
 
     #[inline]

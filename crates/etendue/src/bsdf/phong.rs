@@ -218,19 +218,11 @@ impl Phong {
             if cos_t > 0.0 { (mirror, clear) } else { (mirror + clear, Spectrum::BLACK) }
         };
         let transmitted = rest >= self.probability(reflection);
-        let (wi, value, probability, eta) = if transmitted {
-            let wi = refracted_by_surface(wo, cos_t, eta);
-            (wi, refraction / (eta * eta), self.probability(refraction), eta)
+        if transmitted {
+            BsdfSample::refracted(refracted_by_surface(wo, cos_t, eta), refraction, self.probability(refraction), eta)
         } else {
-            (mirrored(wo), reflection, self.probability(reflection), 1.0)
-        };
-        (probability > 0.0).then(|| BsdfSample {
-            wi,
-            weight: value / probability,
-            density: Density::Discrete(probability),
-            transmitted,
-            eta,
-        })
+            BsdfSample::reflected(mirrored(wo), reflection, self.probability(reflection))
+        }
     }
 }
 

@@ -346,20 +346,13 @@ impl Principled {
     /// One of the lobes without extent; `wo` turned.
     fn sample_discrete(&self, lobes: &Lobes, wo: Vec3, eta: f32, rest: f32) -> Option<BsdfSample> {
         let (reflection, refraction) = self.discrete(wo, eta, self.layers(wo.z.abs()));
-        let transmitted = rest >= lobes.mirror;
-        let (wi, value, probability, eta) = if transmitted {
+        let sample = if rest >= lobes.mirror {
             let cos_t = fresnel::dielectric(wo.z.abs(), eta).cos_t;
-            (refracted_by_surface(wo, cos_t, eta), refraction / (eta * eta), lobes.refraction, eta)
+            BsdfSample::refracted(refracted_by_surface(wo, cos_t, eta), refraction, lobes.refraction, eta)
         } else {
-            (mirrored(wo), reflection, lobes.mirror, 1.0)
-        };
-        (probability > 0.0).then(|| BsdfSample {
-            wi: self.turned_back(wi).normalize(),
-            weight: value / probability,
-            density: Density::Discrete(probability),
-            transmitted,
-            eta,
-        })
+            BsdfSample::reflected(mirrored(wo), reflection, lobes.mirror)
+        }?;
+        Some(BsdfSample { wi: self.turned_back(sample.wi).normalize(), ..sample })
     }
 }
 
