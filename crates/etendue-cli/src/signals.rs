@@ -18,8 +18,8 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Watches SIGINT, SIGTERM and SIGHUP from now on; under `nohup` they keep the meaning they had, so that a render outlives
-    /// its terminal. Without a handler a signal ends the program at once, and what was refreshed last stays.
+    /// Watches SIGINT, SIGTERM and SIGHUP from now on; the last not under `nohup`, so that a render outlives its terminal.
+    /// Without a handler a signal ends the program at once, and what was refreshed last stays.
     pub fn install(control: Arc<RenderControl>) -> Self {
         let signals = Self::default();
         let Self { received, rendering } = signals.clone();
@@ -32,9 +32,7 @@ impl Signals {
                 process::exit(Exit::Interrupted as i32);
             }
         };
-        if !hangup_is_ignored() {
-            let _ = ctrlc::set_handler(handler);
-        }
+        watch(handler);
         signals
     }
 
@@ -49,7 +47,24 @@ impl Signals {
     }
 }
 
+/// Calls `handler` for each signal. Where the system refuses, signals end the program at once.
+#[cfg(unix)]
+fn watch(handler: impl Fn() + Send + 'static) {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let hangup = (!hangup_is_ignored()).then_some(SIGHUP);
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup)) {
+        std::thread::spawn(move || signals.forever().for_each(|_| handler()));
+    }
+}
+
+/// Calls `handler` for each Ctrl-C.
+#[cfg(not(unix))]
+fn watch(handler: impl FnMut() + Send + 'static) {
+    let _ = ctrlc::set_handler(handler);
+}
+
 /// Whether the program was started with SIGHUP ignored, where the system tells (Linux).
+#[cfg(unix)]
 fn hangup_is_ignored() -> bool {
     const SIGHUP: u64 = 1;
     let ignored = std::fs::read_to_string("/proc/self/status").ok().and_then(|status| {

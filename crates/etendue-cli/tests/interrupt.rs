@@ -90,6 +90,30 @@ fn what_an_interruption_keeps_is_the_same_as_a_shorter_render() {
     assert_eq!(again.json()["film_hash"], json["film_hash"]);
 }
 
+/// A render that outlives its terminal still ends neatly when it is told to.
+#[test]
+fn nohup_keeps_a_render_from_hanging_up_and_from_nothing_else() {
+    let folder = Folder::new();
+    let words = "render scene.toml --spp 16777216 --threads 1 -o a.exr --json";
+    let etendue = folder.command(words);
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "trap '' HUP; exec \"$0\" \"$@\""]).arg(etendue.get_program()).args(etendue.get_args());
+    if let Some(directory) = etendue.get_current_dir() {
+        shell.current_dir(directory);
+    }
+    let mut child = shell.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let start = Instant::now();
+    while !folder.path("a.exr").exists() {
+        assert!(start.elapsed() < Duration::from_secs(120), "no file was refreshed");
+        thread::sleep(Duration::from_millis(20));
+    }
+    signal(&child, "HUP");
+    thread::sleep(Duration::from_millis(300));
+    assert!(child.try_wait().unwrap().is_none(), "a hang-up ended it");
+    signal(&child, "TERM");
+    assert_eq!(wait(child, words).with_code(130).json()["interrupted"], true);
+}
+
 #[test]
 fn signals_in_a_row_end_the_program_at_once() {
     // One unit of work takes much longer than the wait between signals, so that the second ends this, not the first.
