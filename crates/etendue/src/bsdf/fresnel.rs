@@ -30,6 +30,17 @@ pub fn dielectric(cos_i: f32, eta: f32) -> Interface {
     Interface { reflectance: reflectance.min(1.0), cos_t }
 }
 
+/// Transmitted share of the energy between two directions of refraction: `cos_i` and `cos_t`, above 0, are their cosines with
+/// the normal on their own sides, `eta` the index on the side of `cos_t` over that on the other. The same there and back to
+/// the last digits, where 1 less the reflectance would have few left.
+#[inline]
+pub fn transmittance(cos_i: f32, cos_t: f32, eta: f32) -> f32 {
+    let perpendicular = cos_i + eta * cos_t;
+    let parallel = eta * cos_i + cos_t;
+    let product = 2.0 * eta * cos_i * cos_t;
+    (product / (perpendicular * perpendicular) + product / (parallel * parallel)).min(1.0)
+}
+
 /// The direction refracted at an interface with normal `m` (unit, on the side of `wo`), where `cos_i` = `wo . m` and
 /// `cos_t` is [`Interface::cos_t`] for the same `eta`.
 #[inline]

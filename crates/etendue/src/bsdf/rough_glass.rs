@@ -81,9 +81,10 @@ impl RoughGlass {
             return BsdfEval::ZERO;
         }
         let reflectance = fresnel::dielectric(cos_o, eta).reflectance;
+        let transmittance = fresnel::transmittance(cos_o, cos_i, eta);
         let visible = self.ggx.masking_over_cos(wo) * self.ggx.density(m) * cos_o * cos_i / length2;
         BsdfEval {
-            value: self.transmission_tint * ((1.0 - reflectance) * visible * self.ggx.masking(on_side(wi, -1.0))),
+            value: self.transmission_tint * (transmittance * visible * self.ggx.masking(on_side(wi, -1.0))),
             pdf: self.choice(reflectance).1 * visible * (eta * eta),
         }
     }
