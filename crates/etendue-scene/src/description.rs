@@ -84,11 +84,24 @@ pub enum EnvironmentRecord {
 /// The axis that points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UpAxis {
-    /// +y.
+    /// +y, as most models for pictures have it.
     #[default]
     Y,
-    /// +z.
+    /// +z, as much of what comes from CAD has it.
     Z,
+}
+
+impl UpAxis {
+    /// Both axes.
+    pub const ALL: [Self; 2] = [Self::Y, Self::Z];
+
+    /// As in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Y => "y",
+            Self::Z => "z",
+        }
+    }
 }
 
 /// The view.

@@ -6,7 +6,10 @@ use clap::{
     builder::{PossibleValue, TypedValueParser},
     error::ErrorKind,
 };
-use etendue_scene::model_scene::{ModelMaterial, ModelSurface, ModelView, UpAxis};
+use etendue_scene::{
+    description::UpAxis,
+    model_scene::{ModelMaterial, ModelSurface, ModelView},
+};
 use std::{ffi::OsStr, path::PathBuf};
 
 /// Options of the automatic scene.

@@ -9,6 +9,7 @@ mod survey;
 mod view;
 
 use crate::{
+    description::UpAxis,
     mesh_file::MeshFile,
     write_toml::{number, rounded_vector, text, vector},
 };
@@ -19,29 +20,6 @@ use std::path::{Path, PathBuf};
 use survey::{Model, Survey};
 pub use view::ModelView;
 use view::{Room, Stand};
-
-/// Which axis of a model points up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum UpAxis {
-    /// +y, as most models for pictures have it.
-    #[default]
-    Y,
-    /// +z, as much of what comes from CAD has it.
-    Z,
-}
-
-impl UpAxis {
-    /// Both axes.
-    pub const ALL: [Self; 2] = [Self::Y, Self::Z];
-
-    /// As on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Y => "y",
-            Self::Z => "z",
-        }
-    }
-}
 
 /// An equirectangular image that lights the model.
 #[derive(Clone, Debug, PartialEq)]

@@ -33,7 +33,7 @@ pub fn environment(file: &Fields) -> Option<EnvironmentRecord> {
     };
     let kind = fields.variant("type", &KINDS, Some(default));
     let colour = |i: Item| i.colour(Bounds::LIGHT);
-    let up = || fields.read("up", |i| i.choice(&[("y", UpAxis::Y), ("z", UpAxis::Z)])).unwrap_or_default();
+    let up = || fields.read("up", |i| i.choice(&UpAxis::ALL.map(|axis| (axis.name(), axis)))).unwrap_or_default();
     let record = kind.and_then(|kind| match kind {
         Sky::Constant => fields.need("radiance", colour).map(EnvironmentRecord::Constant),
         Sky::Image => {

@@ -62,6 +62,14 @@ pub struct BsdfSample {
 }
 
 impl BsdfSample {
+    /// A direction drawn from continuous lobes that have this value and density together; `None` if the density is 0. `eta` is
+    /// the index beyond the surface over that on the side of `wo`.
+    #[inline]
+    fn continuous(wi: Vec3, BsdfEval { value, pdf }: BsdfEval, transmitted: bool, eta: f32) -> Option<Self> {
+        let (density, eta) = (Density::SolidAngle(pdf), if transmitted { eta } else { 1.0 });
+        (pdf > 0.0).then(|| Self { wi, weight: value / pdf, density, transmitted, eta })
+    }
+
     /// A discrete direction on the side of `wo` that scatters `value` and was chosen with `probability`; `None` if that is 0.
     #[inline]
     fn reflected(wi: Vec3, value: Spectrum, probability: f32) -> Option<Self> {

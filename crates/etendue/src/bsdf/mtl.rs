@@ -11,7 +11,7 @@
 //! surface that is there at all, is [`Material::opacity`](crate::material::Material::opacity).)
 
 use super::{
-    BsdfEval, BsdfSample, Density, Scatter, fresnel, ggx,
+    BsdfEval, BsdfSample, Scatter, fresnel, ggx,
     ggx::Ggx,
     glass::{refracted_by_surface, relative_index},
     mirrored, on_side,
@@ -85,14 +85,7 @@ impl Mtl {
         if wi.z <= 0.0 {
             return None;
         }
-        let BsdfEval { value, pdf } = self.eval_continuous(wo, wi);
-        (pdf > 0.0).then(|| BsdfSample {
-            wi: on_side(wi, side),
-            weight: value / pdf,
-            density: Density::SolidAngle(pdf),
-            transmitted: false,
-            eta: 1.0,
-        })
+        BsdfSample::continuous(on_side(wi, side), self.eval_continuous(wo, wi), false, 1.0)
     }
 }
 

@@ -21,7 +21,7 @@
 //! reflection.
 
 use super::{
-    BsdfEval, BsdfSample, Density, Scatter, fresnel,
+    BsdfEval, BsdfSample, Scatter, fresnel,
     glass::{refracted_by_surface, relative_index},
     mirrored, on_side,
 };
@@ -260,15 +260,7 @@ impl Scatter for Phong {
         } else {
             return self.sample_discrete(wo, eta, rest);
         };
-        let BsdfEval { value, pdf } = self.eval_from_above(up, wi, eta);
-        let transmitted = wi.z < 0.0;
-        (pdf > 0.0).then(|| BsdfSample {
-            wi: on_side(wi, side),
-            weight: value / pdf,
-            density: Density::SolidAngle(pdf),
-            transmitted,
-            eta: if transmitted { eta } else { 1.0 },
-        })
+        BsdfSample::continuous(on_side(wi, side), self.eval_from_above(up, wi, eta), wi.z < 0.0, eta)
     }
 
     #[inline]

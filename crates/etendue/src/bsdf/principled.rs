@@ -22,7 +22,7 @@
 //! about the normal by `rotation`.
 
 use super::{
-    BsdfEval, BsdfSample, Density, RoughGlass, Scatter,
+    BsdfEval, BsdfSample, RoughGlass, Scatter,
     directional_albedo::{self, Facets, Width, schlick_weight},
     fresnel, ggx,
     ggx::Ggx,
@@ -402,14 +402,7 @@ impl Scatter for Principled {
         let transmitted = (wi.z > 0.0) != (wo.z > 0.0);
         let wi = self.turned_back(wi).normalize();
         // Of the direction as it leaves here, so that rounding cannot come between this density and that of `eval`.
-        let BsdfEval { value, pdf } = self.eval_lobes(&lobes, wo, self.turned(wi));
-        (pdf > 0.0).then(|| BsdfSample {
-            wi,
-            weight: value / pdf,
-            density: Density::SolidAngle(pdf),
-            transmitted,
-            eta: if transmitted { eta } else { 1.0 },
-        })
+        BsdfSample::continuous(wi, self.eval_lobes(&lobes, wo, self.turned(wi)), transmitted, eta)
     }
 
     #[inline]
