@@ -46,7 +46,7 @@ pub fn material(record: &Record, is_dialect: bool, note: Note) -> Material<Textu
         classic::material(record, emission.is_some(), note)
     };
     let relief = relief(record, note);
-    Material { emission, opacity, relief, scattering, name: record.name.clone() }
+    Material { emission, opacity, relief, scattering, name: record.name.clone(), interior: None, priority: None }
 }
 
 fn say_what_has_no_use(record: &Record, note: Note) {

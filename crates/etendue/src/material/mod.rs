@@ -40,13 +40,26 @@ pub struct Material<T = Arc<Texture>> {
     pub opacity: Number<T>,
     /// Detail of the shading normal.
     pub relief: Option<Relief<T>>,
+    /// Name of the medium that a closed surface of this material holds behind its normals; absent: what is outside is inside.
+    pub interior: Option<String>,
+    /// Where bodies overlap, the one with the larger number is there. With it, an index of refraction is that of the body
+    /// itself; without, that of the inside over the outside, and the body counts as 0 among others.
+    pub priority: Option<i32>,
 }
 
 impl<T> Material<T> {
     /// An opaque material that emits nothing and has no textures.
     pub fn new(name: impl Into<String>, scattering: Scattering) -> Self {
         let opacity = 1.0.into();
-        Self { name: name.into(), scattering: scattering.into(), emission: None, opacity, relief: None }
+        Self {
+            name: name.into(),
+            scattering: scattering.into(),
+            emission: None,
+            opacity,
+            relief: None,
+            interior: None,
+            priority: None,
+        }
     }
 
     /// The same material with every texture replaced, or left out where `load` gives none. `load` is told how the samples are
@@ -77,6 +90,8 @@ impl<T> Material<T> {
             emission: emission.map(|e| Emission { radiance: color(&e.radiance), two_sided: e.two_sided }),
             opacity: number(&self.opacity),
             relief,
+            interior: self.interior.clone(),
+            priority: self.priority,
         }
     }
 }

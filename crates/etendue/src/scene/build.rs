@@ -55,6 +55,14 @@ pub enum SceneError {
     /// The environment has a value that is out of range.
     #[error("the environment's {0}")]
     Environment(&'static str),
+    /// A medium is not among those of the scene.
+    #[error("{user} refers to medium `{name}`, which there is not")]
+    Medium {
+        /// What refers to it.
+        user: String,
+        /// The name given.
+        name: String,
+    },
     /// Too many lights.
     #[error(transparent)]
     Lights(#[from] LightTableError),
