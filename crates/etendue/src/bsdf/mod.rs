@@ -41,8 +41,29 @@ pub use rough_metal::RoughMetal;
 pub enum Density {
     /// Per steradian.
     SolidAngle(f32),
+    /// Per radian of an angle round a circle of directions, outside of which there are none (brushed metal).
+    Arc(f32),
     /// The probability of a discrete direction (a Dirac).
     Discrete(f32),
+}
+
+impl Density {
+    /// The number without its measure.
+    #[inline]
+    pub fn value(self) -> f32 {
+        let (Self::SolidAngle(value) | Self::Arc(value) | Self::Discrete(value)) = self;
+        value
+    }
+
+    /// The density of a choice of this `probability` and then this.
+    #[inline]
+    pub fn chosen(self, probability: f32) -> Self {
+        match self {
+            Self::SolidAngle(value) => Self::SolidAngle(value * probability),
+            Self::Arc(value) => Self::Arc(value * probability),
+            Self::Discrete(value) => Self::Discrete(value * probability),
+        }
+    }
 }
 
 /// A direction drawn from a BSDF.

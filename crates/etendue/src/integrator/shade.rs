@@ -48,7 +48,7 @@ fn power_heuristic(own: f32, other: f32) -> f32 {
 #[inline]
 fn found_weight(strategy: Strategy, density: Density, light_density: impl FnOnce() -> f32) -> f32 {
     match (strategy, density) {
-        (Strategy::Bsdf, _) | (_, Density::Discrete(_)) => 1.0,
+        (Strategy::Bsdf, _) | (_, Density::Discrete(_) | Density::Arc(_)) => 1.0,
         // What light sampling never draws, such as the far side of a sphere that is partly not there, is left to the BSDF.
         (Strategy::Light, Density::SolidAngle(_)) => f32::from(light_density() <= 0.0),
         (Strategy::Both, Density::SolidAngle(own)) => power_heuristic(own, light_density()),
@@ -238,7 +238,7 @@ fn sample_light(
     let eval = vertex.bsdf.eval(vertex.local_wo, local_wi);
     let weight = match (light.density, strategy) {
         (Density::SolidAngle(own), Strategy::Both) => power_heuristic(own, eval.pdf) / own,
-        (Density::SolidAngle(own) | Density::Discrete(own), _) => 1.0 / own,
+        (own, _) => 1.0 / own.value(),
     };
     let contribution = paths.throughput[path] * eval.value * light.radiance * weight;
     if !contribution.is_black() {

@@ -1,7 +1,7 @@
 //! All lights of a scene, and the choice among them.
 
 use super::{Light, LightContext, LightSample};
-use crate::{bsdf::Density, math::Vec3, sampling::Distribution1D, spectrum::Spectrum};
+use crate::{math::Vec3, sampling::Distribution1D, spectrum::Spectrum};
 
 /// Most lights that a table takes: leaves at least half of the probability to be dealt out by power.
 pub const MAX_LIGHTS: usize = Distribution1D::MAX_LEN;
@@ -103,11 +103,7 @@ impl LightTable {
     pub fn sample_chosen(&self, ctx: &LightContext, index: u32, u: [f32; 2]) -> Option<LightSample> {
         let probability = self.probability(index);
         let sample = self.lights.get(index as usize)?.sample(ctx, u)?;
-        let density = match sample.density {
-            Density::SolidAngle(density) => Density::SolidAngle(density * probability),
-            Density::Discrete(density) => Density::Discrete(density * probability),
-        };
-        Some(LightSample { density, ..sample })
+        Some(LightSample { density: sample.density.chosen(probability), ..sample })
     }
 
     /// Density per solid angle with which [`LightTable::sample`] draws the unit vector `wi` towards light `light`, its
