@@ -1,5 +1,6 @@
 //! Estimators of the radiance along camera rays.
 
+mod circle;
 mod paths;
 mod shade;
 mod shadow;

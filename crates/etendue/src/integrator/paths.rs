@@ -1,6 +1,13 @@
 //! The state of the paths of a wave: a structure of arrays, kept dense.
 
-use crate::{bsdf::Density, film::FirstHit, light::LightContext, math::Vec3, sampling::SampleKey, spectrum::Spectrum};
+use crate::{
+    bsdf::Density,
+    film::FirstHit,
+    light::{LightCircle, LightContext},
+    math::Vec3,
+    sampling::SampleKey,
+    spectrum::Spectrum,
+};
 use etendue_accel::{Hit, Ray};
 
 /// The last vertex that scattered, as multiple importance sampling needs it.
@@ -72,6 +79,7 @@ structure_of_arrays! {
         throughput: Spectrum,
         radiance: Spectrum,
         previous: Previous,
+        circles: LightCircle,
         progress: Progress,
         first: FirstHit,
         direct: Spectrum,
@@ -90,6 +98,7 @@ impl Paths {
         self.throughput.push(Spectrum::ONE);
         self.radiance.push(Spectrum::BLACK);
         self.previous.push(Previous::camera(Vec3::from(ray.origin)));
+        self.circles.push(LightCircle::default());
         self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true });
         self.first.push(FirstHit::default());
         self.direct.push(Spectrum::BLACK);

@@ -1,6 +1,7 @@
 //! One vertex of a path: emission, light sample, BSDF sample, roulette.
 
 use super::{
+    circle,
     paths::{Paths, Previous},
     shadow::ShadowQueue,
     wave::Context,
@@ -35,7 +36,7 @@ const MAX_SURVIVAL: f32 = 0.999;
 
 /// Weight of a sample with density `own` where another strategy has density `other`, both in the same measure.
 #[inline]
-fn power_heuristic(own: f32, other: f32) -> f32 {
+pub(super) fn power_heuristic(own: f32, other: f32) -> f32 {
     if own.is_infinite() {
         return 1.0;
     }
@@ -44,14 +45,15 @@ fn power_heuristic(own: f32, other: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// Weight of emission that a BSDF ray found, `light_density` being what light sampling has for the same direction.
+/// Weight of emission that a BSDF ray found, `light_density` being what light sampling has for the same direction, in the
+/// measure of `density`.
 #[inline]
 fn found_weight(strategy: Strategy, density: Density, light_density: impl FnOnce() -> f32) -> f32 {
     match (strategy, density) {
-        (Strategy::Bsdf, _) | (_, Density::Discrete(_) | Density::Arc(_)) => 1.0,
+        (Strategy::Bsdf, _) | (_, Density::Discrete(_)) => 1.0,
         // What light sampling never draws, such as the far side of a sphere that is partly not there, is left to the BSDF.
-        (Strategy::Light, Density::SolidAngle(_)) => f32::from(light_density() <= 0.0),
-        (Strategy::Both, Density::SolidAngle(own)) => power_heuristic(own, light_density()),
+        (Strategy::Light, Density::SolidAngle(_) | Density::Arc(_)) => f32::from(light_density() <= 0.0),
+        (Strategy::Both, Density::SolidAngle(own) | Density::Arc(own)) => power_heuristic(own, light_density()),
     }
 }
 
@@ -84,15 +86,19 @@ pub(super) fn shade(context: &Context, strategy: Strategy, paths: &mut Paths, pa
     }
     if strategy != Strategy::Bsdf && !vertex.bsdf.is_delta() {
         sample_light(context, strategy, paths, path, &vertex, shadows);
+    } else if strategy != Strategy::Bsdf
+        && let Some(circle) = vertex.bsdf.circle(vertex.local_wo)
+    {
+        circle::sample_light(context, strategy, paths, path, &vertex, &circle, shadows);
     }
     paths.progress[path].alive = scatter(context, paths, path, &vertex);
 }
 
 /// A surface point with its scattering, seen from `wo`.
-struct Vertex<'a> {
-    point: SurfacePoint,
+pub(super) struct Vertex<'a> {
+    pub point: SurfacePoint,
     bsdf: &'a Bsdf,
-    frame: Frame,
+    pub frame: Frame,
     /// Unit, towards where the path comes from: world and local.
     wo: Vec3,
     local_wo: Vec3,
@@ -124,7 +130,7 @@ impl<'a> Vertex<'a> {
 
     /// True if shading and geometric normal agree on which side `wi` is.
     #[inline]
-    fn is_consistent(&self, wi: Vec3, local_wi: Vec3) -> bool {
+    pub fn is_consistent(&self, wi: Vec3, local_wi: Vec3) -> bool {
         wi.dot(self.point.geometric_normal) * local_wi.z > 0.0
     }
 
@@ -170,7 +176,11 @@ fn add_environment(context: &Context, strategy: Strategy, paths: &mut Paths, pat
         return;
     }
     let Previous { context: from, density } = &paths.previous[path];
-    let weight = found_weight(strategy, *density, || context.scene.lights().pdf_environment(from, direction));
+    let weight = found_weight(strategy, *density, || match density {
+        // Circles are not sampled for the environment.
+        Density::Arc(_) => 0.0,
+        _ => context.scene.lights().pdf_environment(from, direction),
+    });
     paths.radiance[path] += paths.throughput[path] * radiance * weight;
 }
 
@@ -207,7 +217,11 @@ fn add_emission(context: &Context, strategy: Strategy, paths: &mut Paths, path: 
     let Previous { context: from, density } = &paths.previous[path];
     let weight = found_weight(strategy, *density, || {
         let distance = (vertex.point.position - from.point).length();
-        context.scene.lights().pdf_hit(from, vertex.point.light, -vertex.wo, distance)
+        let (lights, light, wi) = (context.scene.lights(), vertex.point.light, -vertex.wo);
+        match density {
+            Density::Arc(_) => lights.pdf_circle(&paths.circles[path], light, wi, distance),
+            _ => lights.pdf_hit(from, light, wi, distance),
+        }
     });
     let radiance = match &emission.radiance.texture {
         None => emission.radiance.factor,

@@ -5,6 +5,7 @@
 //! added later, a crop equals the crop of the whole, and one sample can be traced again alone. Samples with an even and
 //! with an odd index are two halves with independent scrambling, from whose difference the error is known.
 
+mod cosine_power;
 mod distribution;
 mod filter;
 mod filter_table;
@@ -21,6 +22,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::film::UnknownName;
+pub use cosine_power::CosinePower;
 pub use distribution::{Choice, Distribution1D, DistributionError};
 pub use filter::{Filter, FilterSampler};
 pub use grid::{Cell, Distribution2D};

@@ -11,7 +11,7 @@ pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
     bsdf::Bsdf,
-    light::{LightContext, LightSample, LightTable},
+    light::{LightCircle, LightContext, LightSample, LightTable},
     material::Material,
     math::{DVec3, Vec2, Vec3},
     spectrum::Spectrum,
@@ -143,6 +143,13 @@ impl Scene {
     pub fn sample_light(&self, ctx: &LightContext, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
         let index = self.lights.select(u_select)?;
         let sample = self.lights.sample_chosen(ctx, index, u)?;
+        Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
+    }
+
+    /// A direction of a circle towards a light, as [`LightTable::sample_circle`], with the radiance at the sampled point.
+    #[inline(never)]
+    pub fn sample_light_circle(&self, circle: &LightCircle, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
+        let (index, sample) = self.lights.sample_circle(circle, u_select, u)?;
         Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
     }
 
