@@ -6,7 +6,7 @@
 
 mod phase;
 
-pub use phase::{PhaseComponent, PhaseFunction, PhaseKind, PhaseSample};
+pub use phase::{PhaseComponent, PhaseError, PhaseFunction, PhaseKind, PhaseSample};
 
 use crate::{
     math::{Vec3, exp, ln},
