@@ -53,6 +53,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[film]", "filter") => "{ type = \"box\", radius = 1 }",
         ("[film]", "crop") => "[1, 2, 3, 4]",
         ("[film]", "exposure") => "-1.5",
+        ("[film]", "balance") => "[2, 1, 0.5]",
+        ("[film]", "encoding") => "\"linear\"",
         ("[film]", "tonemap") => "\"none\"",
         ("[film]", "transparent") => "true",
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
@@ -161,7 +163,10 @@ fn settings() {
         value("[film]", "aovs")
     ))
     .film;
-    assert_eq!((film.size, film.exposure, film.crop.unwrap().value, film.aovs.len()), ([64, 32], 2.0, [1, 2, 3, 4], 2));
+    assert_eq!(
+        (film.size, film.display.exposure, film.crop.unwrap().value, film.aovs.len()),
+        ([64, 32], 2.0, [1, 2, 3, 4], 2)
+    );
     assert_eq!(
         read("[environment]\nradiance = [1, 2, 3]").environment,
         Some(EnvironmentRecord::Constant(Spectrum([1.0, 2.0, 3.0])))
@@ -202,7 +207,7 @@ fn lights() {
 
 #[test]
 fn film_with_every_key() {
-    let keys = ["size", "filter", "crop", "exposure", "tonemap", "aovs", "transparent"];
+    let keys = ["size", "filter", "crop", "exposure", "balance", "tonemap", "encoding", "aovs", "transparent"];
     let lines: String = keys.iter().map(|k| format!("{k} = {}\n", value("[film]", k))).collect();
     assert!(read(&format!("[film]\n{lines}")).film.transparent);
 }

@@ -82,7 +82,17 @@ pub static CAMERA: Section = Section {
 /// The picture.
 pub static FILM: Section = Section {
     name: "[film]",
-    keys: &[all("size"), all("filter"), all("crop"), all("exposure"), all("tonemap"), all("aovs"), all("transparent")],
+    keys: &[
+        all("size"),
+        all("filter"),
+        all("crop"),
+        all("exposure"),
+        all("balance"),
+        all("tonemap"),
+        all("encoding"),
+        all("aovs"),
+        all("transparent"),
+    ],
 };
 
 /// Reconstruction.

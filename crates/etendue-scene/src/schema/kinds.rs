@@ -11,7 +11,7 @@ use etendue::{
     render::MAX_SPP,
     sampling::{Filter, Sampler},
     texture::{Channel, Filtering, Wrap},
-    tonemap::ToneCurve,
+    tonemap::{Encoding, ToneCurve},
 };
 
 /// What a key takes.
@@ -159,6 +159,8 @@ fn film(key: &str) -> Option<Kind> {
         "filter" => Kind::Any(vec![all(&Filter::ALL, Filter::name), Table(&keys::FILTER)]),
         "crop" => array(Integer(0, MAX_SIDE.into()), 4),
         "exposure" => Number(Bounds::within(-64.0, 64.0)),
+        "balance" => Colour(Bounds::LIGHT),
+        "encoding" => all(&Encoding::ALL, Encoding::name),
         "tonemap" => all(&ToneCurve::ALL, ToneCurve::name),
         "aovs" => Kind::Array(Box::new(all(&Aov::ALL, Aov::name)), 0, Aov::ALL.len()),
         "transparent" => Boolean,
