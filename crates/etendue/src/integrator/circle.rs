@@ -2,14 +2,14 @@
 
 use super::{
     paths::Paths,
-    shade::{Strategy, Vertex, power_heuristic},
+    shade::{Strategy, Vertex, power_heuristic, send_light},
     shadow::ShadowQueue,
     wave::Context,
 };
 use crate::{bsdf::Circle, light::LightCircle, sampling::Slot};
 
 /// Samples a light on the `circle` of the vertex, and keeps the circle for what the next ray may find.
-pub(super) fn sample_light(
+pub(super) fn sample_light<const MEDIA: bool>(
     context: &Context,
     strategy: Strategy,
     paths: &mut Paths,
@@ -34,7 +34,5 @@ pub(super) fn sample_light(
         Strategy::Light | Strategy::Bsdf => 1.0 / own,
     };
     let contribution = paths.throughput[path] * eval.value * light.radiance * weight;
-    if !contribution.is_black() {
-        shadows.push(path, &vertex.point, light.wi, light.target, contribution);
-    }
+    send_light::<MEDIA>(context, paths, path, vertex, &light, contribution, shadows);
 }

@@ -168,6 +168,19 @@ impl Light {
         matches!(self, Self::Directional(_) | Self::Environment(_) | Self::Image(_))
     }
 
+    /// The middle of the light, relative to the scene's centre; `None` for light from infinity.
+    #[inline]
+    pub fn anchor(&self) -> Option<Vec3> {
+        match self {
+            Self::Triangle(light) => Some(light.vertices.into_iter().sum::<Vec3>() / 3.0),
+            Self::Rectangle(light) => Some(light.corner + (light.u + light.v) * 0.5),
+            Self::Sphere(light) => Some(light.center),
+            Self::Point(light) => Some(light.position),
+            Self::Spot(light) => Some(light.position),
+            Self::Directional(_) | Self::Environment(_) | Self::Image(_) => None,
+        }
+    }
+
     /// Radiance from infinity along the unit vector `wi`; black for lights at some place or of one direction.
     #[inline]
     pub fn environment_radiance(&self, wi: Vec3) -> Spectrum {

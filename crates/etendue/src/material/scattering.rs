@@ -181,6 +181,27 @@ impl<C, N> Scattering<C, N> {
     }
 }
 
+impl<C, N> Scattering<C, N> {
+    /// The index of refraction, where light goes from one medium into another.
+    pub fn ior(&self) -> Option<&N> {
+        match self {
+            Self::Glass { ior, thin: false, .. } | Self::RoughGlass { ior, .. } | Self::Mtl { ior, .. } => Some(ior),
+            Self::Phong(lobes) => Some(&lobes.ior),
+            Self::Principled(parameters) => Some(&parameters.ior),
+            _ => None,
+        }
+    }
+
+    fn ior_mut(&mut self) -> Option<&mut N> {
+        match self {
+            Self::Glass { ior, thin: false, .. } | Self::RoughGlass { ior, .. } | Self::Mtl { ior, .. } => Some(ior),
+            Self::Phong(lobes) => Some(&mut lobes.ior),
+            Self::Principled(parameters) => Some(&mut parameters.ior),
+            _ => None,
+        }
+    }
+}
+
 impl<T> Scattering<Color<T>, Number<T>> {
     /// The values, if no parameter has a texture.
     pub fn constant(&self) -> Option<Scattering> {
@@ -224,6 +245,15 @@ impl Scattering {
             }
             other => other,
         }
+    }
+
+    /// The same for a body that lies in surroundings with this index of refraction.
+    #[inline]
+    pub fn within(mut self, surroundings: f32) -> Self {
+        if let Some(ior) = self.ior_mut() {
+            *ior = (*ior / surroundings).clamp(*INDEX_RANGE.start(), *INDEX_RANGE.end());
+        }
+        self
     }
 
     /// How a point with these values scatters. Meant for values in their ranges.

@@ -4,8 +4,10 @@
 //! for one channel picked by the path's throughput, and weighted by the mean of all channels' densities (the one-sample
 //! balance heuristic over channels; Veach 1997, 9.2; Wilkie et al., "Hero Wavelength Spectral Sampling", 2014).
 
+mod equiangular;
 mod phase;
 
+pub use equiangular::Equiangular;
 pub use phase::{PhaseComponent, PhaseFunction, PhaseKind, PhaseSample};
 
 use crate::{

@@ -4,9 +4,12 @@ mod build;
 mod distant;
 mod emission_map;
 mod emitters;
+mod interiors;
 mod parts;
 
 pub use build::{AcceleratorSettings, SceneError};
+pub use interiors::MAX_NESTED;
+pub(crate) use interiors::{BodyStack, Interiors, Meeting, is_entering};
 pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
@@ -115,6 +118,7 @@ pub struct Scene {
     bsdfs: Vec<Option<Bsdf>>,
     lights: LightTable,
     varied: VariedLights,
+    interiors: Interiors,
     accelerator: Accelerator,
     opaque: bool,
     has_delta_lights: bool,
@@ -141,7 +145,12 @@ impl Scene {
     /// where a light's emission or opacity has a texture (the lights of the table have means).
     #[inline]
     pub fn sample_light(&self, ctx: &LightContext, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
-        let index = self.lights.select(u_select)?;
+        self.sample_chosen_light(ctx, self.lights.select(u_select)?, u)
+    }
+
+    /// As [`Self::sample_light`], towards light `index`, which [`LightTable::select`] has chosen.
+    #[inline]
+    pub fn sample_chosen_light(&self, ctx: &LightContext, index: u32, u: [f32; 2]) -> Option<LightSample> {
         let sample = self.lights.sample_chosen(ctx, index, u)?;
         Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
     }
@@ -169,6 +178,11 @@ impl Scene {
         self.has_delta_lights
     }
 
+    /// What fills space, and where.
+    pub(crate) fn interiors(&self) -> &Interiors {
+        &self.interiors
+    }
+
     /// The materials, as given.
     pub fn materials(&self) -> &[Material] {
         &self.materials
@@ -191,6 +205,13 @@ impl Scene {
     #[inline(never)]
     pub fn bsdf_at(&self, point: &SurfacePoint, hit: &Hit) -> Bsdf {
         self.materials[point.material as usize].bsdf(self.texture_coordinates(point, hit))
+    }
+
+    /// As [`Self::bsdf_at`], for a body of its own index of refraction in surroundings of another.
+    #[inline(never)]
+    pub fn bsdf_within(&self, point: &SurfacePoint, hit: &Hit, surroundings: f32) -> Bsdf {
+        let uv = self.texture_coordinates(point, hit);
+        self.materials[point.material as usize].scattering.at(uv).within(surroundings).bsdf()
     }
 
     /// Shading normal at a hit with the relief of its material, unit length.
