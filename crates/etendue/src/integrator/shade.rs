@@ -183,16 +183,14 @@ pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo
     first_hit(context, &Vertex::new(context, point, hit, wo, 1.0, &mut textured), hit)
 }
 
-/// The local frame: where a BSDF has a direction, x is that of growing u.
+/// The local frame: where a BSDF has directions, they are those of the material's field.
 #[inline]
 fn frame(context: &Context, point: &SurfacePoint, hit: &Hit, bsdf: &Bsdf) -> Frame {
-    let normal = point.shading_normal;
-    if bsdf.is_anisotropic()
-        && let Some(tangent) = context.scene.chart(point, hit).tangent(normal)
-    {
-        return Frame::from_tangent(normal, tangent);
+    if bsdf.is_anisotropic() {
+        context.scene.directed_frame(point, hit)
+    } else {
+        Frame::from_normal(point.shading_normal)
     }
-    Frame::from_normal(normal)
 }
 
 fn first_hit(context: &Context, vertex: &Vertex, hit: &Hit) -> FirstHit {

@@ -102,7 +102,7 @@ const METAL: RangeInclusive<f32> = 0.0..=1e3;
 /// Exponents of lobes that are powers of a cosine.
 const EXPONENT: RangeInclusive<f32> = 0.0..=1e9;
 /// Radians: beyond, a turn more or less would be lost in rounding.
-const ANGLE: RangeInclusive<f32> = -1e3..=1e3;
+pub(super) const ANGLE: RangeInclusive<f32> = -1e3..=1e3;
 
 impl<C, N> Scattering<C, N> {
     /// Maps every parameter, given its name, the range of its values, and itself. This is the one list of parameters.

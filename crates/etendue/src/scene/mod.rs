@@ -16,7 +16,7 @@ use crate::{
     bsdf::Bsdf,
     light::{LightCircle, LightContext, LightSample, LightTable},
     material::Material,
-    math::{DVec3, Vec2, Vec3},
+    math::{DVec3, Frame, Vec2, Vec3},
     spectrum::Spectrum,
     surface::{self, Chart, MeshData, NO_LIGHT, SurfacePoint},
 };
@@ -221,6 +221,14 @@ impl Scene {
             None => point.shading_normal,
             Some(relief) => relief.normal(point.shading_normal, &self.chart(point, hit)),
         }
+    }
+
+    /// The shading frame at a hit for a BSDF that has directions, about the point's shading normal.
+    #[inline(never)]
+    pub fn directed_frame(&self, point: &SurfacePoint, hit: &Hit) -> Frame {
+        let field = &self.materials[point.material as usize].tangent;
+        let position = self.center + point.position.as_dvec3();
+        field.frame(position, point.shading_normal, || self.chart(point, hit))
     }
 
     /// Texture coordinates of a hit.
