@@ -46,6 +46,7 @@ fn medium(name: &str, absorption: [f32; 3], scattering: [f32; 3]) -> Medium {
         scattering: Spectrum(scattering),
         emission: Spectrum::BLACK,
         phase: Default::default(),
+        density: None,
     }
 }
 
@@ -59,11 +60,9 @@ impl Furnace {
     fn new(scale: f64) -> Self {
         let mut parts = Parts::default();
         let per_metre = (1.0 / scale) as f32;
-        for (name, absorption, scattering) in [
-            ("milk", [0.0; 3], [8.0, 4.0, 2.0]),
-            ("fog", [0.0; 3], [0.5, 0.4, 0.3]),
-            ("ink", [50.0; 3], [0.0; 3]),
-        ] {
+        for (name, absorption, scattering) in
+            [("milk", [0.0; 3], [8.0, 4.0, 2.0]), ("fog", [0.0; 3], [0.5, 0.4, 0.3]), ("ink", [50.0; 3], [0.0; 3])]
+        {
             parts.0.media.push(medium(name, absorption.map(|k| k * per_metre), scattering.map(|k| k * per_metre)));
         }
         Self { parts, scale }

@@ -1,8 +1,14 @@
 //! The state of the paths of a wave: a structure of arrays, kept dense.
 
 use crate::{
-    bsdf::Density, film::FirstHit, light::{LightCircle, LightContext}, math::Vec3, medium::Segment, sampling::SampleKey,
-    scene::BodyStack, spectrum::Spectrum,
+    bsdf::Density,
+    film::FirstHit,
+    light::{LightCircle, LightContext},
+    math::Vec3,
+    medium::Segment,
+    sampling::SampleKey,
+    scene::BodyStack,
+    spectrum::Spectrum,
 };
 use etendue_accel::{Hit, Ray};
 
