@@ -6,10 +6,12 @@
 
 mod check;
 mod closed_form;
+mod equiangular;
 mod grid;
 mod phase;
 
 pub use check::MediumError;
+pub use equiangular::Equiangular;
 pub use grid::{Density, DensityGrid, GridError, Voxels};
 pub use phase::{PhaseComponent, PhaseError, PhaseFunction, PhaseKind, PhaseSample};
 
