@@ -1,6 +1,9 @@
 //! The state of the paths of a wave: a structure of arrays, kept dense.
 
-use crate::{bsdf::Density, film::FirstHit, light::LightContext, math::Vec3, sampling::SampleKey, spectrum::Spectrum};
+use crate::{
+    bsdf::Density, film::FirstHit, light::LightContext, math::Vec3, sampling::SampleKey, spectrum::Spectrum,
+    texture::RayCone,
+};
 use etendue_accel::{Hit, Ray};
 
 /// The last vertex that scattered, as multiple importance sampling needs it.
@@ -73,6 +76,7 @@ structure_of_arrays! {
         radiance: Spectrum,
         previous: Previous,
         progress: Progress,
+        cones: RayCone,
         first: FirstHit,
         direct: Spectrum,
     }
@@ -83,7 +87,7 @@ impl Paths {
         self.rays.len()
     }
 
-    pub fn push(&mut self, ray: Ray, sample: SampleId) {
+    pub fn push(&mut self, ray: Ray, cone: RayCone, sample: SampleId) {
         self.rays.push(ray);
         self.hits.push(Hit::MISS);
         self.samples.push(sample);
@@ -91,6 +95,7 @@ impl Paths {
         self.radiance.push(Spectrum::BLACK);
         self.previous.push(Previous::camera(Vec3::from(ray.origin)));
         self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true });
+        self.cones.push(cone);
         self.first.push(FirstHit::default());
         self.direct.push(Spectrum::BLACK);
     }

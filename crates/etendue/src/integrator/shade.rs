@@ -66,12 +66,13 @@ pub(super) fn shade(context: &Context, strategy: Strategy, paths: &mut Paths, pa
         return;
     }
     let point = context.scene.surface_point(&ray, &hit);
+    paths.cones[path] = paths.cones[path].advanced(hit.t);
     if passes_through(context, paths, path, &ray, &hit, &point) {
         return;
     }
     let wo = -Vec3::from(ray.direction);
     let mut textured = Bsdf::Black;
-    let vertex = Vertex::new(context, point, &hit, wo, &mut textured);
+    let vertex = Vertex::new(context, point, &hit, wo, paths.cones[path].width, &mut textured);
     if context.wants_layers && paths.progress[path].depth == 1 {
         paths.first[path] = first_hit(context, &vertex, &hit);
     }
@@ -99,24 +100,30 @@ struct Vertex<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// Where parameters have textures, the BSDF is made for this point and kept in `textured`.
+    /// Where parameters have textures, the BSDF is made for this point, over the `width` of the path's cone in metres, and kept
+    /// in `textured`.
     #[inline]
-    fn new(context: &Context<'a>, mut point: SurfacePoint, hit: &Hit, wo: Vec3, textured: &'a mut Bsdf) -> Self {
-        let plain = context.scene.bsdf(point.material);
-        if plain.is_none() {
-            point.shading_normal = context.scene.detailed_normal(&point, hit);
-        }
+    fn new(
+        context: &Context<'a>,
+        mut point: SurfacePoint,
+        hit: &Hit,
+        wo: Vec3,
+        width: f32,
+        textured: &'a mut Bsdf,
+    ) -> Self {
+        let bsdf = match context.scene.bsdf(point.material) {
+            Some(bsdf) => bsdf,
+            None => {
+                let at = context.scene.lookup_over(&point, hit, wo, width);
+                point.shading_normal = context.scene.detailed_normal(&point, hit, &at);
+                *textured = context.scene.bsdf_at(&point, &at);
+                textured
+            }
+        };
         // Interpolated normals may face away from a viewer who does see the surface: there the true normal is used.
         if point.shading_normal.dot(wo) * point.geometric_normal.dot(wo) <= 0.0 {
             point.shading_normal = point.geometric_normal;
         }
-        let bsdf = match plain {
-            Some(bsdf) => bsdf,
-            None => {
-                *textured = context.scene.bsdf_at(&point, hit);
-                textured
-            }
-        };
         let frame = frame(context, &point, hit, bsdf);
         let local_wo = frame.to_local(wo);
         Self { point, bsdf, frame, wo, local_wo }
@@ -135,9 +142,9 @@ impl<'a> Vertex<'a> {
 }
 
 /// What layers keep of a surface that is seen from `wo`, for integrators that do not scatter there.
-pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3) -> FirstHit {
+pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> FirstHit {
     let mut textured = Bsdf::Black;
-    first_hit(context, &Vertex::new(context, point, hit, wo, &mut textured), hit)
+    first_hit(context, &Vertex::new(context, point, hit, wo, width, &mut textured), hit)
 }
 
 /// The local frame: where a BSDF has a direction, x is that of growing u.
@@ -211,7 +218,7 @@ fn add_emission(context: &Context, strategy: Strategy, paths: &mut Paths, path: 
     });
     let radiance = match &emission.radiance.texture {
         None => emission.radiance.factor,
-        Some(_) => emission.at(context.scene.texture_coordinates(&vertex.point, hit)),
+        Some(_) => emission.at(&context.scene.lookup(&vertex.point, hit)),
     };
     paths.radiance[path] += paths.throughput[path] * radiance * weight;
 }
@@ -270,6 +277,9 @@ fn scatter(context: &Context, paths: &mut Paths, path: usize, vertex: &Vertex) -
     }
     paths.throughput[path] = throughput;
     paths.previous[path] = Previous { context: vertex.light_context(), density: sample.density };
+    if context.scene.filters_textures() {
+        paths.cones[path] = paths.cones[path].scattered(sample.density);
+    }
     let ray = &mut paths.rays[path];
     ray.origin = vertex.point.leave(wi).into();
     ray.direction = wi.normalize().into();

@@ -88,7 +88,8 @@ impl Wave {
                 mask: u32::MAX,
                 skip: PrimitiveId::NONE,
             };
-            self.paths.push(ray, SampleId { key, pixel, index, weight });
+            let cone = context.camera.cone(camera_ray.direction);
+            self.paths.push(ray, cone, SampleId { key, pixel, index, weight });
         }
         (self.paths.len() - before) as u64
     }
