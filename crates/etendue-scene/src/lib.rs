@@ -31,6 +31,7 @@ pub mod source;
 pub mod stl;
 mod text;
 pub mod value;
+mod vertex_colors;
 mod weld;
 mod write_toml;
 

@@ -16,7 +16,5 @@ pub struct Input {
 }
 
 /// All of them.
-pub const INPUTS: &[Input] = &[
-    Input { name: "paper.png", make: paper::png },
-    Input { name: "dragon.ply.gz", make: dragon::ply_gz },
-];
+pub const INPUTS: &[Input] =
+    &[Input { name: "paper.png", make: paper::png }, Input { name: "dragon.ply.gz", make: dragon::ply_gz }];
