@@ -7,6 +7,7 @@ mod material;
 mod object;
 mod references;
 mod settings;
+mod sky;
 mod texture;
 mod toml_syntax;
 mod values;
@@ -16,6 +17,7 @@ pub(crate) use object::SEGMENTS;
 pub use references::check_files;
 pub(crate) use settings::MAX_DEPTH;
 pub use settings::MAX_SIDE;
+pub(crate) use sky::{LATITUDES, LONGITUDES, SUN_SIZES, TURBIDITIES, ZONES};
 pub use values::{Bounds, rotation, sin_cos_degrees};
 
 use crate::{
