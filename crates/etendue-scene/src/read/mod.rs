@@ -8,6 +8,7 @@ mod object;
 mod references;
 mod settings;
 mod sky;
+mod tangent;
 mod texture;
 mod toml_syntax;
 mod values;
