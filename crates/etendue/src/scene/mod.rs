@@ -218,13 +218,11 @@ impl Scene {
         self.materials[point.material as usize].scattering.at(at).within(surroundings).bsdf()
     }
 
-    /// Shading normal at a hit with the relief of its material, unit length.
+    /// Shading normal at a hit with the relief of its material, unit length; `None` where there is no relief.
     #[inline(never)]
-    pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit, at: &Lookup) -> Vec3 {
-        match &self.materials[point.material as usize].relief {
-            None => point.shading_normal,
-            Some(relief) => relief.normal(point.shading_normal, at, &self.chart(point, hit)),
-        }
+    pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit, at: &Lookup) -> Option<Vec3> {
+        let relief = self.materials[point.material as usize].relief.as_ref()?;
+        Some(relief.normal(point.shading_normal, at, &self.chart(point, hit)))
     }
 
     /// The shading frame at a hit for a BSDF that has directions, about the point's shading normal.
@@ -246,6 +244,12 @@ impl Scene {
     #[inline(never)]
     pub fn lookup_over(&self, point: &SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> Lookup {
         surface::lookup_over(&self.placements[hit.id.instance as usize], point, hit, wo, width)
+    }
+
+    /// The point of the smooth surface that a mesh's vertex normals stand for, where that lies above the facet on a side, 1 or
+    /// -1 (the back).
+    pub(crate) fn lifted(&self, point: &SurfacePoint, hit: &Hit, side: f32) -> Option<Vec3> {
+        surface::lifted(&self.placements[hit.id.instance as usize], point, hit, side)
     }
 
     /// Texture coordinates of a hit.
