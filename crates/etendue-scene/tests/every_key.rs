@@ -11,10 +11,11 @@ use etendue::{
 use etendue_scene::{
     SourceMap,
     description::{
-        Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, Step, UpAxis,
-        View,
+        Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, SkyRecord, Step,
+        SunRecord, UpAxis, View,
     },
     read_toml,
+    sun_position::Moment,
 };
 use std::path::Path;
 
@@ -53,6 +54,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[film]", "filter") => "{ type = \"box\", radius = 1 }",
         ("[film]", "crop") => "[1, 2, 3, 4]",
         ("[film]", "exposure") => "-1.5",
+        ("[film]", "balance") => "[2, 1, 0.5]",
+        ("[film]", "encoding") => "\"linear\"",
         ("[film]", "tonemap") => "\"none\"",
         ("[film]", "transparent") => "true",
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
@@ -79,6 +82,13 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[environment]", "image") => "\"sky.hdr\"",
         ("[environment]", "rotation") => "-30",
         ("[environment]", "up") => "\"z\"",
+        ("[environment]", "elevation" | "azimuth") => "-12.5",
+        ("[environment]", "date") => "2024-02-29",
+        ("[environment]", "time") => "\"14:30:15\"",
+        ("[environment]", "utc_offset" | "turbidity") => "2",
+        ("[environment]", "latitude" | "longitude") => "50.25",
+        ("[environment]", "ground" | "sun_size") => "0.5",
+        ("[environment]", "sun_disk") => "false",
         ("[environment]", _) => "[1, 2, 3]",
         ("[[lights]]", "position" | "direction") => "[1, 2, 3]",
         ("[[lights]]", "target") => "[1, 2, 5]",
@@ -163,7 +173,10 @@ fn settings() {
         value("[film]", "aovs")
     ))
     .film;
-    assert_eq!((film.size, film.exposure, film.crop.unwrap().value, film.aovs.len()), ([64, 32], 2.0, [1, 2, 3, 4], 2));
+    assert_eq!(
+        (film.size, film.display.exposure, film.crop.unwrap().value, film.aovs.len()),
+        ([64, 32], 2.0, [1, 2, 3, 4], 2)
+    );
     assert_eq!(
         read("[environment]\nradiance = [1, 2, 3]").environment,
         Some(EnvironmentRecord::Constant(Spectrum([1.0, 2.0, 3.0])))
@@ -179,6 +192,23 @@ fn environments() {
     assert_eq!(environment("gradient"), gradient);
     let EnvironmentRecord::Image { file, strength, rotation, up } = environment("image") else { panic!() };
     assert_eq!((file.value.as_path(), strength, rotation, up), (Path::new("sky.hdr"), colour, -30.0, UpAxis::Z));
+    // Skies, by each way to place the sun.
+    let moments = ["date", "time", "utc_offset", "latitude", "longitude"];
+    let sky = |left_out: &[&str]| match all_keys("[environment]", "[environment]", "type", "sky", left_out).environment
+    {
+        Some(EnvironmentRecord::Sky(record)) => record,
+        other => panic!("{other:?}"),
+    };
+    let SkyRecord { sun, up, north, turbidity, ground, strength, sun_size, sun_disk, .. } =
+        sky(&[&moments[..], &["elevation", "azimuth"]].concat());
+    assert_eq!((sun, north), (SunRecord::Direction(DVec3::new(1.0, 2.0, 3.0)), Some(DVec3::new(1.0, 2.0, 3.0))));
+    assert_eq!((up, turbidity, sun_size, sun_disk), (UpAxis::Z, 2.0, 0.5, false));
+    assert_eq!((ground, strength), (Spectrum::splat(0.5), colour));
+    let angles = sky(&[&moments[..], &["sun"]].concat()).sun;
+    assert_eq!(angles, SunRecord::Angles { elevation: -12.5, azimuth: -12.5 });
+    let moment = Moment::new([2024, 2, 29], 12.0 * 3600.0 + 30.0 * 60.0 + 15.0).unwrap();
+    let seen = sky(&["sun", "elevation", "azimuth"]).sun;
+    assert_eq!(seen, SunRecord::Moment { moment, latitude: 50.25, longitude: 50.25 });
     // Without a type the other keys tell.
     let short = |text: &str| read(&format!("[environment]\n{text}")).environment.unwrap();
     let EnvironmentRecord::Image { strength, up: UpAxis::Y, .. } = short("image = \"a.exr\"") else { panic!() };
@@ -204,7 +234,7 @@ fn lights() {
 
 #[test]
 fn film_with_every_key() {
-    let keys = ["size", "filter", "crop", "exposure", "tonemap", "aovs", "transparent"];
+    let keys = ["size", "filter", "crop", "exposure", "balance", "tonemap", "encoding", "aovs", "transparent"];
     let lines: String = keys.iter().map(|k| format!("{k} = {}\n", value("[film]", k))).collect();
     assert!(read(&format!("[film]\n{lines}")).film.transparent);
 }

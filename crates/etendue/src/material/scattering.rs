@@ -6,8 +6,8 @@ use crate::{
         BrushedMetal, Bsdf, Diffuse, Glass, GrooveForm, Mirror, Mtl, Phong, PhongLobes, Principled,
         PrincipledParameters, RoughGlass, RoughMetal,
     },
-    math::Vec2,
     spectrum::Spectrum,
+    texture::Lookup,
 };
 use std::{convert::Infallible, ops::RangeInclusive};
 
@@ -181,6 +181,27 @@ impl<C, N> Scattering<C, N> {
     }
 }
 
+impl<C, N> Scattering<C, N> {
+    /// The index of refraction, where light goes from one medium into another.
+    pub fn ior(&self) -> Option<&N> {
+        match self {
+            Self::Glass { ior, thin: false, .. } | Self::RoughGlass { ior, .. } | Self::Mtl { ior, .. } => Some(ior),
+            Self::Phong(lobes) => Some(&lobes.ior),
+            Self::Principled(parameters) => Some(&parameters.ior),
+            _ => None,
+        }
+    }
+
+    fn ior_mut(&mut self) -> Option<&mut N> {
+        match self {
+            Self::Glass { ior, thin: false, .. } | Self::RoughGlass { ior, .. } | Self::Mtl { ior, .. } => Some(ior),
+            Self::Phong(lobes) => Some(&mut lobes.ior),
+            Self::Principled(parameters) => Some(&mut parameters.ior),
+            _ => None,
+        }
+    }
+}
+
 impl<T> Scattering<Color<T>, Number<T>> {
     /// The values, if no parameter has a texture.
     pub fn constant(&self) -> Option<Scattering> {
@@ -198,16 +219,16 @@ impl<T> From<Scattering> for Scattering<Color<T>, Number<T>> {
 }
 
 impl Scattering<Color, Number> {
-    /// The values at texture coordinates, brought into their ranges.
+    /// The values at a point, brought into their ranges.
     #[inline]
-    pub fn at(&self, uv: Vec2) -> Scattering {
+    pub fn at(&self, at: &Lookup) -> Scattering {
         let clamp = |value: f32, range: &RangeInclusive<f32>| {
             // Not `clamp`: a texture's value that is not a number becomes the least.
             value.max(*range.start()).min(*range.end())
         };
         let mapped = self.try_map(
-            |_, range, color| Ok::<_, Infallible>(color.at(uv).map(|value| clamp(value, &range))),
-            |_, range, number| Ok(clamp(number.at(uv), &range)),
+            |_, range, color| Ok::<_, Infallible>(color.at(at).map(|value| clamp(value, &range))),
+            |_, range, number| Ok(clamp(number.at(at), &range)),
         );
         mapped.unwrap_or_else(|never| match never {}).conserving()
     }
@@ -224,6 +245,15 @@ impl Scattering {
             }
             other => other,
         }
+    }
+
+    /// The same for a body that lies in surroundings with this index of refraction.
+    #[inline]
+    pub fn within(mut self, surroundings: f32) -> Self {
+        if let Some(ior) = self.ior_mut() {
+            *ior = (*ior / surroundings).clamp(*INDEX_RANGE.start(), *INDEX_RANGE.end());
+        }
+        self
     }
 
     /// How a point with these values scatters. Meant for values in their ranges.

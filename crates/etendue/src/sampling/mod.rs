@@ -60,6 +60,16 @@ pub enum Slot {
     Roulette,
     /// Phase function or other scattering in a medium (2D).
     Phase,
+    /// What is in the way of a light sample (a stream).
+    LightPath,
+    /// Which light an equiangular distance is about (1D).
+    EquiangularLight,
+    /// Equiangular distance in a medium (1D).
+    EquiangularDistance,
+    /// Point on the light for an equiangular distance (2D).
+    EquiangularPosition,
+    /// What is in the way to an equiangular distance, and from there to the light (a stream).
+    EquiangularPath,
 }
 
 /// One sample of one pixel: all that random numbers may depend on, but for the dimension.
