@@ -1,18 +1,21 @@
 //! Every key of every type reads, and a description holds what was written.
 
 use etendue::{
-    bsdf::{PhongLobes, PrincipledParameters},
-    material::{Relief, Scattering},
-    math::DVec3,
+    bsdf::{GrooveForm, PhongLobes, PrincipledParameters},
+    material::{Relief, Scattering, Tangent, TangentField},
+    math::{DVec3, Vec3},
     scene::DeltaLight,
     spectrum::Spectrum,
-    texture::{Channel, Filtering, Transfer, Wrap},
+    texture::{
+        Channel, Checker, Coordinates, Filtering, Grid, Marble, Noise, Pattern, Procedure, Transfer, UvTransform, Wood,
+        Wrap,
+    },
 };
 use etendue_scene::{
     SourceMap,
     description::{
-        Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, Step, UpAxis,
-        View,
+        Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, Step,
+        TextureRecord, UpAxis, View,
     },
     read_toml,
 };
@@ -53,6 +56,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[film]", "filter") => "{ type = \"box\", radius = 1 }",
         ("[film]", "crop") => "[1, 2, 3, 4]",
         ("[film]", "exposure") => "-1.5",
+        ("[film]", "balance") => "[2, 1, 0.5]",
+        ("[film]", "encoding") => "\"linear\"",
         ("[film]", "tonemap") => "\"none\"",
         ("[film]", "transparent") => "true",
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
@@ -66,6 +71,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "bump") => "{ file = \"h.png\", factor = 0.01 }",
         ("[materials.NAME]", "normal_map") => "{ file = \"n.png\" }",
         ("[materials.NAME]", "normal_scale") => "0.5",
+        ("[materials.NAME]", "tangent") => "{ type = \"radial\", center = [1, 2, 3], rotation = 90 }",
+        ("[materials.NAME]", "form") => "\"normalised\"",
         ("[materials.NAME]", "metal") => "\"gold\"",
         ("[materials.NAME]", "ior") => "1.25",
         ("[materials.NAME]", "opacity" | "alpha" | "specular" | "transmission") => "0.5",
@@ -74,6 +81,26 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "rotation") => "90",
         ("[materials.NAME]", "sheen_roughness") => "0.75",
         ("[materials.NAME]", _) => "[0.25, 0.5, 0.125]",
+        ("[textures.NAME]", "file") => "\"t.png\"",
+        ("[textures.NAME]", "encoding") => "\"linear\"",
+        ("[textures.NAME]", "channel") => "\"green\"",
+        ("[textures.NAME]", "filter") => "\"bilinear\"",
+        ("[textures.NAME]", "wrap") => "[\"mirror\", \"clamp\"]",
+        ("[textures.NAME]", "coordinates") => "\"uv\"",
+        ("[textures.NAME]", "scale" | "offset") => "[2, 4]",
+        ("[textures.NAME]", "rotate") => "30",
+        ("[textures.NAME]", "gain" | "base") => "0.5",
+        ("[textures.NAME]", "color1") => "[0.25, 0.5, 0.125]",
+        ("[textures.NAME]", "color2") => "{ texture = \"other\", factor = 0.5 }",
+        ("[textures.NAME]", "weight") => "{ texture = \"other\" }",
+        ("[textures.NAME]", "octaves") => "7",
+        ("[textures.NAME]", "turbulence" | "radial") => "true",
+        ("[textures.NAME]", "axis") => "\"z\"",
+        ("[textures.NAME]", "seed") => "9",
+        ("[textures.NAME]", "stops") => "[0.5, { at = 0.75, color = \"#ff0000\" }]",
+        ("[textures.NAME]", "from") => "[0.25, 0]",
+        ("[textures.NAME]", "to") => "[1, 1]",
+        ("[textures.NAME]", _) => "0.25",
         ("[environment]", "image") => "\"sky.hdr\"",
         ("[environment]", "rotation") => "-30",
         ("[environment]", "up") => "\"z\"",
@@ -109,6 +136,10 @@ fn all_keys(section_name: &str, header: &str, choice: &str, name: &str, left_out
         if applies && key.name != choice && !left_out.contains(&key.name) {
             text += &format!("{} = {}\n", key.name, value(section_name, key.name));
         }
+    }
+    if section_name == "[textures.NAME]" {
+        text += "[textures.other]\ntype = \"checker\"\n";
+        text += "[materials.m]\ntype = \"diffuse\"\nreflectance = { texture = \"t\" }\n";
     }
     if section_name == "[[objects]]" {
         text += "[materials.m]\ntype = \"black\"\n[meshes.m]\nfile = \"b.ply\"\n";
@@ -161,7 +192,10 @@ fn settings() {
         value("[film]", "aovs")
     ))
     .film;
-    assert_eq!((film.size, film.exposure, film.crop.unwrap().value, film.aovs.len()), ([64, 32], 2.0, [1, 2, 3, 4], 2));
+    assert_eq!(
+        (film.size, film.display.exposure, film.crop.unwrap().value, film.aovs.len()),
+        ([64, 32], 2.0, [1, 2, 3, 4], 2)
+    );
     assert_eq!(
         read("[environment]\nradiance = [1, 2, 3]").environment,
         Some(EnvironmentRecord::Constant(Spectrum([1.0, 2.0, 3.0])))
@@ -202,14 +236,25 @@ fn lights() {
 
 #[test]
 fn film_with_every_key() {
-    let keys = ["size", "filter", "crop", "exposure", "tonemap", "aovs", "transparent"];
+    let keys = ["size", "filter", "crop", "exposure", "balance", "tonemap", "encoding", "aovs", "transparent"];
     let lines: String = keys.iter().map(|k| format!("{k} = {}\n", value("[film]", k))).collect();
     assert!(read(&format!("[film]\n{lines}")).film.transparent);
 }
 
 #[test]
 fn materials() {
-    for name in ["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "phong", "principled", "black"] {
+    for name in [
+        "diffuse",
+        "mirror",
+        "glass",
+        "rough-metal",
+        "rough-glass",
+        "brushed-metal",
+        "mtl",
+        "phong",
+        "principled",
+        "black",
+    ] {
         let left_out: &[&str] = if name == "rough-metal" { &["bump", "metal"] } else { &["bump"] };
         let scene = all_keys("[materials.NAME]", "[materials.m]", "type", name, left_out);
         let material = &scene.materials[0].material;
@@ -217,6 +262,8 @@ fn materials() {
         let emission = material.emission.as_ref().unwrap();
         assert_eq!((&emission.radiance, emission.two_sided), (&Spectrum([1.0, 2.0, 3.0]).into(), true));
         assert!(matches!(&material.relief, Some(Relief::Normals { scale: 0.5, .. })));
+        let direction = Tangent::Radial { center: DVec3::new(1.0, 2.0, 3.0), axis: None };
+        assert_eq!(material.tangent, TangentField { direction, rotation: 90f32.to_radians().into() });
     }
     let scene = all_keys(
         "[materials.NAME]",
@@ -228,7 +275,10 @@ fn materials() {
     let Scattering::RoughMetal { alpha, .. } = &scene.materials[0].material.scattering else { panic!() };
     assert_eq!(alpha.each_ref().map(|a| a.factor), [0.5; 2]);
     let Some(Relief::Bump { height }) = &scene.materials[0].material.relief else { panic!() };
-    assert_eq!((height.factor, height.texture.as_ref().unwrap().file.value.as_path()), (0.01, Path::new("h.png")));
+    assert_eq!(
+        (height.factor, height.texture.as_ref().unwrap().first_image().unwrap().file.value.as_path()),
+        (0.01, Path::new("h.png"))
+    );
     let scene = read(
         "[materials.a]\ntype = \"diffuse\"\nreflectance = \"#ff0080\"\nemission = 3\n[materials.\"Z z\"]\ntype = \"glass\"",
     );
@@ -238,6 +288,38 @@ fn materials() {
     assert!((reflectance[2] - 0.215_86).abs() < 1e-5);
     assert_eq!(scene.materials[0].material.emission.as_ref().unwrap().radiance, Spectrum::splat(3.0).into());
     assert_eq!(scene.materials[1].material.name, "Z z");
+}
+
+#[test]
+fn direction_fields() {
+    let field = |text: &str| {
+        let scene = read(&format!("[materials.m]\ntype = \"brushed-metal\"\ntangent = {text}"));
+        scene.materials[0].material.tangent.clone()
+    };
+    let center = DVec3::new(1.0, 2.0, 3.0);
+    assert_eq!(field("\"uv\""), TangentField::default());
+    assert_eq!(field("{ rotation = -45 }").rotation, (-45f32).to_radians().into());
+    for (text, direction) in [
+        ("type = \"uv\"", Tangent::Uv),
+        ("type = \"constant\", direction = [0, 0, 2]", Tangent::Constant(DVec3::Z)),
+        ("type = \"constant\", direction = \"x\"", Tangent::Constant(DVec3::X)),
+        ("type = \"radial\", center = [1, 2, 3]", Tangent::Radial { center, axis: None }),
+        ("type = \"radial\", center = [1, 2, 3], axis = \"y\"", Tangent::Radial { center, axis: Some(DVec3::Y) }),
+        ("type = \"tangential\", center = [1, 2, 3]", Tangent::Tangential { center, axis: None }),
+        (
+            "type = \"tangential\", center = [1, 2, 3], axis = [3, 0, 0]",
+            Tangent::Tangential { center, axis: Some(DVec3::X) },
+        ),
+    ] {
+        let turned = field(&format!("{{ {text}, rotation = {{ file = \"turn.png\", factor = 180 }} }}"));
+        assert_eq!(turned.direction, direction);
+        assert_eq!(turned.rotation.factor, 180f32.to_radians());
+        assert!(turned.rotation.texture.is_some());
+    }
+    let scene = all_keys("[materials.NAME]", "[materials.m]", "type", "brushed-metal", &["bump"]);
+    let (reflectance, form) = (Spectrum([0.25, 0.5, 0.125]), GrooveForm::Normalised);
+    let metal = Scattering::BrushedMetal { reflectance, exponent: 50.0, form };
+    assert_eq!(scene.materials[0].material.scattering, metal.into());
 }
 
 #[test]
@@ -289,16 +371,80 @@ fn textures() {
     let Scattering::Diffuse { reflectance, .. } = &material.scattering else { panic!() };
     assert_eq!(reflectance.factor, Spectrum([2.0, 1.0, 0.5]));
     let t = reflectance.texture.as_ref().unwrap();
-    assert_eq!((t.file.value.as_path(), t.transfer), (Path::new("a b.png"), Some(Transfer::Linear)));
+    let image = t.first_image().unwrap();
+    assert_eq!((image.file.value.as_path(), image.transfer), (Path::new("a b.png"), Some(Transfer::Linear)));
     let m = &t.mapping;
     assert_eq!((m.channel, m.filtering, m.wrap), (Channel::Red, Filtering::Nearest, [Wrap::Mirror, Wrap::Clamp]));
     assert_eq!((m.gain, m.base), (-1.0, 1.0));
     let turned = m.transform.apply(etendue::math::vec2(1.0, 0.0));
     assert!((turned.x - 0.25).abs() < 1e-6 && (turned.y - 2.5).abs() < 1e-6, "{turned}");
     let u = material.opacity.texture.as_ref().unwrap();
-    assert_eq!((u.transfer, u.mapping.channel, u.mapping.wrap), (None, Channel::Alpha, [Wrap::Black; 2]));
+    assert_eq!(
+        (u.first_image().unwrap().transfer, u.mapping.channel, u.mapping.wrap),
+        (None, Channel::Alpha, [Wrap::Black; 2])
+    );
     let emission = material.emission.as_ref().unwrap();
-    assert_eq!(emission.radiance.texture.as_ref().unwrap().file.value.as_path(), Path::new("e.exr"));
+    assert_eq!(
+        emission.radiance.texture.as_ref().unwrap().first_image().unwrap().file.value.as_path(),
+        Path::new("e.exr")
+    );
+}
+
+/// The texture `t` of a scene.
+fn texture(scene: &SceneDescription) -> TextureRecord {
+    let Scattering::Diffuse { reflectance, .. } = &scene.materials[0].material.scattering else { panic!() };
+    reflectance.texture.clone().unwrap()
+}
+
+#[test]
+fn patterns() {
+    for name in ["image", "checker", "grid", "noise", "wood", "marble", "gradient", "mix", "multiply", "vertex-color"] {
+        let texture = texture(&all_keys("[textures.NAME]", "[textures.t]", "type", name, &[]));
+        assert_eq!(texture.pattern.name(), name);
+        assert_eq!((texture.mapping.channel, texture.mapping.gain, texture.mapping.base), (Channel::Green, 0.5, 0.5));
+        let placed = !["mix", "multiply", "vertex-color"].contains(&name);
+        assert_eq!(texture.mapping.transform, if placed { transform() } else { UvTransform::default() }, "{name}");
+        match texture.pattern {
+            Pattern::Procedure { procedure, coordinates, colors: [first, second] } => {
+                assert_eq!(coordinates, Coordinates::Uv);
+                assert_eq!(first, Spectrum([0.25, 0.5, 0.125]).into());
+                assert_eq!((second.factor, second.texture.unwrap().pattern.name()), (Spectrum::splat(0.5), "checker"));
+                let (axis, distortion, seed) = (Vec3::Z, 0.25, 9);
+                let expected = match procedure {
+                    Procedure::Checker(_) => Procedure::Checker(Checker),
+                    Procedure::Grid(_) => Procedure::Grid(Grid { width: 0.25 }),
+                    Procedure::Noise(_) => {
+                        Procedure::Noise(Noise { octaves: 7, roughness: 0.25, turbulence: true, seed })
+                    }
+                    Procedure::Wood(_) => Procedure::Wood(Wood { axis, distortion, seed }),
+                    Procedure::Marble(_) => Procedure::Marble(Marble { axis, distortion, seed }),
+                };
+                assert_eq!(procedure, expected);
+            }
+            Pattern::Gradient(gradient) => {
+                assert_eq!((gradient.from, gradient.to), (Vec3::new(0.25, 0.0, 0.0), Vec3::new(1.0, 1.0, 0.0)));
+                let stops: Vec<_> = gradient.stops.iter().map(|stop| (stop.at, stop.color)).collect();
+                assert_eq!(stops, [(0.0, Spectrum::splat(0.5)), (0.75, Spectrum([1.0, 0.0, 0.0]))]);
+                assert!(gradient.radial);
+            }
+            Pattern::Mix { colors, weight } => {
+                assert!(weight.texture.is_some() && colors[1].texture.is_some());
+            }
+            Pattern::Multiply(colors) => assert!(colors[1].texture.is_some()),
+            Pattern::Image(_) | Pattern::VertexColor => {}
+        }
+    }
+    let solid = read(
+        "[materials.m]\ntype = \"diffuse\"\nreflectance = { texture = \"t\" }\n\
+         [textures.t]\ntype = \"checker\"\ncoordinates = \"object\"\nscale = [1, 2, 3]\noffset = 0.5",
+    );
+    let Pattern::Procedure { coordinates, .. } = texture(&solid).pattern else { panic!() };
+    let (scale, offset) = (Vec3::new(1.0, 2.0, 3.0), Vec3::splat(0.5));
+    assert_eq!(coordinates, Coordinates::Object { scale, offset });
+}
+
+fn transform() -> UvTransform {
+    UvTransform::new([2.0, 4.0], 30.0, [2.0, 4.0])
 }
 
 #[test]

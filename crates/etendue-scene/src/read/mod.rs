@@ -8,6 +8,7 @@ mod object;
 mod pattern;
 mod references;
 mod settings;
+mod tangent;
 mod texture;
 mod toml_syntax;
 mod values;

@@ -3,11 +3,13 @@
 mod check;
 mod relief;
 mod scattering;
+mod tangent;
 
 pub use crate::texture::{Color, Number, Parameter};
 pub use check::MaterialError;
 pub use relief::Relief;
 pub use scattering::{INDEX_RANGE, Scattering};
+pub use tangent::{Tangent, TangentField};
 
 use crate::{
     bsdf::Bsdf,
@@ -38,6 +40,8 @@ pub struct Material<T = Arc<Texture>> {
     pub opacity: Number<T>,
     /// Detail of the shading normal.
     pub relief: Option<Relief<T>>,
+    /// Directions of what is anisotropic.
+    pub tangent: TangentField<T>,
     /// Name of the medium that a closed surface of this material holds behind its normals; absent: what is outside is inside.
     pub interior: Option<String>,
     /// Where bodies overlap, the one with the larger number is there. With it, an index of refraction is that of the body
@@ -55,6 +59,7 @@ impl<T> Material<T> {
             emission: None,
             opacity,
             relief: None,
+            tangent: TangentField::default(),
             interior: None,
             priority: None,
         }
@@ -88,6 +93,7 @@ impl<T> Material<T> {
             emission: emission.map(|e| Emission { radiance: color(&e.radiance), two_sided: e.two_sided }),
             opacity: number(&self.opacity),
             relief,
+            tangent: TangentField { direction: self.tangent.direction, rotation: number(&self.tangent.rotation) },
             interior: self.interior.clone(),
             priority: self.priority,
         }

@@ -4,16 +4,19 @@ mod build;
 mod distant;
 mod emission_map;
 mod emitters;
+mod interiors;
 mod parts;
 
 pub use build::{AcceleratorSettings, SceneError};
+pub use interiors::MAX_NESTED;
+pub(crate) use interiors::{BodyStack, Interiors, Meeting, is_entering};
 pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
     bsdf::Bsdf,
-    light::{LightContext, LightSample, LightTable},
+    light::{LightCircle, LightContext, LightSample, LightTable},
     material::Material,
-    math::{DVec3, Vec2, Vec3},
+    math::{DVec3, Frame, Vec2, Vec3},
     spectrum::Spectrum,
     surface::{self, Chart, MeshData, NO_LIGHT, SurfacePoint},
     texture::Lookup,
@@ -118,6 +121,7 @@ pub struct Scene {
     bsdfs: Vec<Option<Bsdf>>,
     lights: LightTable,
     varied: VariedLights,
+    interiors: Interiors,
     accelerator: Accelerator,
     opaque: bool,
     filters: bool,
@@ -145,8 +149,20 @@ impl Scene {
     /// where a light's emission or opacity has a texture (the lights of the table have means).
     #[inline]
     pub fn sample_light(&self, ctx: &LightContext, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
-        let index = self.lights.select(u_select)?;
+        self.sample_chosen_light(ctx, self.lights.select(u_select)?, u)
+    }
+
+    /// As [`Self::sample_light`], towards light `index`, which [`LightTable::select`] has chosen.
+    #[inline]
+    pub fn sample_chosen_light(&self, ctx: &LightContext, index: u32, u: [f32; 2]) -> Option<LightSample> {
         let sample = self.lights.sample_chosen(ctx, index, u)?;
+        Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
+    }
+
+    /// A direction of a circle towards a light, as [`LightTable::sample_circle`], with the radiance at the sampled point.
+    #[inline(never)]
+    pub fn sample_light_circle(&self, circle: &LightCircle, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
+        let (index, sample) = self.lights.sample_circle(circle, u_select, u)?;
         Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
     }
 
@@ -172,6 +188,11 @@ impl Scene {
         self.has_delta_lights
     }
 
+    /// What fills space, and where.
+    pub(crate) fn interiors(&self) -> &Interiors {
+        &self.interiors
+    }
+
     /// The materials, as given.
     pub fn materials(&self) -> &[Material] {
         &self.materials
@@ -189,11 +210,12 @@ impl Scene {
         surface::surface_point(&self.placements[hit.id.instance as usize], ray, hit)
     }
 
-    /// Scattering at a point, textures looked up.
+    /// Scattering at a point, textures looked up; of a body of its own index of refraction, in surroundings of that other one.
     // Kept out of the loop over vertices, most of which do without.
     #[inline(never)]
-    pub fn bsdf_at(&self, point: &SurfacePoint, at: &Lookup) -> Bsdf {
-        self.materials[point.material as usize].bsdf(at)
+    pub fn bsdf_at(&self, point: &SurfacePoint, at: &Lookup, surroundings: f32) -> Bsdf {
+        let values = self.materials[point.material as usize].scattering.at(at);
+        if surroundings == 1.0 { values.bsdf() } else { values.within(surroundings).bsdf() }
     }
 
     /// Shading normal at a hit with the relief of its material, unit length.
@@ -216,6 +238,14 @@ impl Scene {
     #[inline(never)]
     pub fn lookup_over(&self, point: &SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> Lookup {
         surface::lookup_over(&self.placements[hit.id.instance as usize], point, hit, wo, width)
+    }
+
+    /// The shading frame at a hit for a BSDF that has directions, about the point's shading normal.
+    #[inline(never)]
+    pub fn directed_frame(&self, point: &SurfacePoint, hit: &Hit) -> Frame {
+        let field = &self.materials[point.material as usize].tangent;
+        let position = self.center + point.position.as_dvec3();
+        field.frame(position, point.shading_normal, || self.chart(point, hit), || self.lookup(point, hit))
     }
 
     /// Texture coordinates of a hit.
