@@ -1,7 +1,7 @@
 //! What values each key of a scene file takes.
 
 use crate::read::{
-    Bounds, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, SEGMENTS,
+    Bounds, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, PRIORITY, SEGMENTS,
     keys::{self, Section},
 };
 use etendue::{
@@ -241,7 +241,10 @@ fn material(key: &str) -> Option<Kind> {
             "phong",
             "principled",
             "black",
+            "boundary",
         ]),
+        "interior" => Name,
+        "priority" => Integer(-PRIORITY, PRIORITY),
         "emission" => Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::EMISSION)]),
         "normal_map" => Table(&keys::TEXTURE_REFERENCE),
         "normal_scale" => Number(FAR),
