@@ -76,6 +76,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "form") => "\"normalised\"",
         ("[materials.NAME]", "metal") => "\"gold\"",
         ("[materials.NAME]", "ior") => "1.25",
+        ("[materials.NAME]", "interior") => "\"milk\"",
+        ("[materials.NAME]", "priority") => "-3",
         ("[materials.NAME]", "opacity" | "alpha" | "specular" | "transmission") => "0.5",
         ("[materials.NAME]", "exponent" | "transmission_exponent") => "50",
         ("[materials.NAME]", "metallic" | "roughness" | "anisotropic" | "coat" | "coat_roughness") => "0.25",
@@ -289,7 +291,11 @@ fn materials() {
         assert!(matches!(&material.relief, Some(Relief::Normals { scale: 0.5, .. })));
         let direction = Tangent::Radial { center: DVec3::new(1.0, 2.0, 3.0), axis: None };
         assert_eq!(material.tangent, TangentField { direction, rotation: 90f32.to_radians().into() });
+        assert_eq!((material.interior.as_deref(), material.priority), (Some("milk"), Some(-3)));
     }
+    let boundary = &all_keys("[materials.NAME]", "[materials.m]", "type", "boundary", &[]).materials[0].material;
+    assert_eq!((boundary.scattering.clone(), &boundary.opacity), (Scattering::Black, &0.0.into()));
+    assert_eq!((boundary.interior.as_deref(), boundary.priority), (Some("milk"), Some(-3)));
     let scene = all_keys(
         "[materials.NAME]",
         "[materials.m]",
