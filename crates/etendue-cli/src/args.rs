@@ -1,15 +1,16 @@
 //! The command line.
 
+mod display;
 mod files;
 mod model;
 
 use clap::{Args, Parser, Subcommand, builder::TypedValueParser, value_parser};
+pub use display::DisplayArgs;
 use etendue::{
     film::Aov,
     integrator::Integrator,
     render::{MAX_SPP, MAX_THREADS, MAX_TILE, MAX_WAVE},
     sampling::{Filter, Sampler},
-    tonemap::ToneCurve,
 };
 use etendue_accel::{AcceleratorKind, Isa};
 use etendue_scene::output::metric::Metric;
@@ -129,13 +130,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
     pub crop: Option<[u32; 4]>,
 
-    /// Brighten 8 bit pictures by this many stops
-    #[arg(long, value_name = "STOPS", value_parser = parse_exposure)]
-    pub exposure: Option<f32>,
-
-    /// Tone curve of 8 bit pictures
-    #[arg(long, value_name = "T", value_parser = names(&ToneCurve::ALL, ToneCurve::name))]
-    pub tonemap: Option<ToneCurve>,
+    /// How 8 bit pictures are made.
+    #[command(flatten)]
+    pub display: DisplayArgs,
 
     /// Extra layers of .exr files, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names(&Aov::ALL, Aov::name))]
@@ -246,10 +243,6 @@ fn parse_crop(text: &str) -> Result<[u32; 4], String> {
     }
 }
 
-fn parse_exposure(text: &str) -> Result<f32, String> {
-    finite_in(text, -64.0, 64.0)
-}
-
 fn parse_limit(text: &str) -> Result<f64, String> {
     finite_in(text, 0.0, f64::MAX)
 }
@@ -281,16 +274,12 @@ mod tests {
         for bad in ["", "1,2,3", "1,2,1,4", "1,4,3,4", "1,2,3,4,5", "-1,2,3,4", "a,b,c,d"] {
             assert!(parse_crop(bad).is_err(), "{bad}");
         }
-        assert_eq!(parse_exposure("-1.5"), Ok(-1.5));
-        for bad in ["nan", "inf", "65", "x"] {
-            assert!(parse_exposure(bad).is_err(), "{bad}");
-        }
         assert!(parse_limit("-1").is_err() && parse_limit("inf").is_err() && parse_limit("0").is_ok());
     }
 
     #[test]
     fn exposure_may_be_negative() {
         let cli = Cli::try_parse_from(["etendue", "render", "a.toml", "--exposure", "-2"]).unwrap();
-        assert!(matches!(cli.command, Some(Command::Render(args)) if args.exposure == Some(-2.0)));
+        assert!(matches!(cli.command, Some(Command::Render(args)) if args.display.exposure == Some(-2.0)));
     }
 }

@@ -7,7 +7,7 @@ use crate::{
 };
 use etendue::{
     image::{Channel, ChannelData, Image},
-    tonemap,
+    tonemap::DisplayTransform,
 };
 use etendue_scene::{
     Limits, SourceMap,
@@ -39,12 +39,7 @@ fn mesh(args: &ConvertArgs, input: &Path, output: &Path) -> Result<Exit, Failure
         let message = format!("`{}`: the ending names no format that models are written in", output.display());
         Failure::new(Exit::Usage, message).hint("models are written as .obj, .ply and .stl")
     })?;
-    let for_pictures = [
-        ("--exposure", args.exposure.is_some()),
-        ("--tonemap", args.tonemap.is_some()),
-        ("--layer", args.layer.is_some()),
-    ];
-    if let Some((option, _)) = for_pictures.into_iter().find(|(_, given)| *given) {
+    if let Some(option) = args.display.first_given().or(args.layer.as_ref().map(|_| "--layer")) {
         let message = format!("{option} is for pictures, but {} is a model", input.display());
         return Err(Failure::new(Exit::Usage, message).hint(format!("leave {option} out")));
     }
@@ -89,9 +84,8 @@ fn picture(args: &ConvertArgs, input: &Path, output: &Path) -> Result<Exit, Fail
         };
         Failure::from(error).hint(hint)
     })?;
-    if format != Format::Png && (args.exposure.is_some() || args.tonemap.is_some()) {
-        let message =
-            format!("--exposure and --tonemap are for pictures of 8 bits, but .{} is linear", format.ending());
+    if let Some(option) = args.display.first_given().filter(|_| format != Format::Png) {
+        let message = format!("{option} is for pictures of 8 bits, but .{} is linear", format.ending());
         return Err(Failure::new(Exit::Usage, message).hint("write a .png"));
     }
     atomic::check_writable(output)?;
@@ -101,10 +95,10 @@ fn picture(args: &ConvertArgs, input: &Path, output: &Path) -> Result<Exit, Fail
         Some(name) => layer(image, name, input)?,
     };
     let image = if format == Format::Exr { image } else { with_colour(image, input)? };
-    let factor = tonemap::exposure_factor(args.exposure.unwrap_or(0.0));
-    let curve = args.tonemap.unwrap_or_default();
-    let encode = move |rgb: [f32; 3]| curve.apply(rgb.map(|v| v * factor)).map(tonemap::to_srgb8);
-    let metadata = Metadata { software: software(), ..Metadata::default() };
+    let mut display = DisplayTransform::default();
+    args.display.replace_in(&mut display);
+    let encode = display.encoder();
+    let metadata = Metadata { software: software(), encoding: display.encoding, ..Metadata::default() };
     write_image(output, format, &image, &metadata, &encode)?;
     report::say(format!("{}: {} x {} pixels", output.display(), image.width, image.height));
     Ok(Exit::Done)

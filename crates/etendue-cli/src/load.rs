@@ -10,7 +10,7 @@ use etendue::{
     film::FilmSettings,
     render::{MAX_THREADS, RenderSettings},
     scene::{AcceleratorSettings, Scene},
-    tonemap::ToneCurve,
+    tonemap::DisplayTransform,
 };
 use etendue_accel::Isa;
 use etendue_scene::{
@@ -38,10 +38,8 @@ pub struct Job {
     pub film: FilmSettings,
     /// How it is rendered.
     pub settings: RenderSettings,
-    /// Stops, for 8 bit pictures.
-    pub exposure: f32,
-    /// For 8 bit pictures.
-    pub tonemap: ToneCurve,
+    /// How pictures of 8 bits are made.
+    pub display: DisplayTransform,
     /// Names of the objects, in the order of their ids.
     pub object_names: Vec<String>,
     /// Hash of the files read, hexadecimal.
@@ -158,8 +156,7 @@ fn choose_isa(asked: Option<Isa>) -> Result<Isa, Failure> {
 fn override_description(description: &mut SceneDescription, args: &RenderArgs) {
     let film = &mut description.film;
     set(&mut film.size, args.size);
-    set(&mut film.exposure, args.exposure);
-    set(&mut film.tonemap, args.tonemap);
+    args.display.replace_in(&mut film.display);
     set(&mut film.aovs, args.aov.clone());
     film.transparent |= args.transparent;
     let filter = args.filter.filter(|f| f.name() != film.filter.name());
@@ -211,8 +208,7 @@ impl Loaded {
                 tile: args.tile.unwrap_or(defaults.tile),
                 wave: args.wave.unwrap_or(defaults.wave),
             },
-            exposure: input.exposure,
-            tonemap: input.tone_curve,
+            display: input.display,
             object_names,
             scene_hash: input.scene_hash.iter().map(|byte| format!("{byte:02x}")).collect(),
         })

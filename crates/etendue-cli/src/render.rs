@@ -16,7 +16,6 @@ use etendue::{
     image::Image,
     integrator::Integrator,
     render::{RenderControl, RenderError, render},
-    tonemap::{self, ToneCurve},
 };
 use etendue_scene::output::{Metadata, Window, hash};
 use std::{
@@ -145,9 +144,7 @@ impl Session<'_> {
     }
 
     fn write(&self, image: &Image, seconds: f64) -> Result<(), Failure> {
-        let factor = tonemap::exposure_factor(self.job.exposure);
-        let curve: ToneCurve = self.job.tonemap;
-        let encode = move |rgb: [f32; 3]| curve.apply(rgb.map(|v| v * factor)).map(tonemap::to_srgb8);
+        let encode = self.job.display.encoder();
         Ok(self.outputs.write(image, &self.metadata(image, seconds), &encode)?)
     }
 
@@ -157,6 +154,7 @@ impl Session<'_> {
         let window = Window { origin: [area.x0, area.y0], whole };
         let metadata = Metadata {
             software: software(),
+            encoding: self.job.display.encoding,
             window: (area.width() != whole[0] || area.height() != whole[1]).then_some(window),
             ..Metadata::default()
         }
@@ -164,6 +162,7 @@ impl Session<'_> {
         .with("spp", samples_per_pixel(self.film.sample_counts()))
         .with("sceneHash", &self.job.scene_hash)
         .with("seconds", format!("{seconds:.3}"))
+        .with("display", self.job.display)
         .with("commandLine", command_line());
         manifest::add(metadata, image, &self.job.object_names, self.job.scene.materials())
     }

@@ -19,7 +19,7 @@ use etendue::{
     math::{DAffine3, DVec3},
     sampling::{Filter, Sampler},
     scene::{Object, SceneParts, Shape},
-    tonemap::ToneCurve,
+    tonemap::DisplayTransform,
 };
 use etendue_accel::AcceleratorKind;
 pub(crate) use meshes::unknown_ending;
@@ -38,10 +38,8 @@ pub struct Input {
     pub film: FilmSettings,
     /// Reconstruction filter.
     pub filter: Filter,
-    /// Stops.
-    pub exposure: f32,
-    /// Tone curve of 8-bit pictures.
-    pub tone_curve: ToneCurve,
+    /// How the picture becomes 8 bits.
+    pub display: DisplayTransform,
     /// Where random numbers come from.
     pub sampler: Sampler,
     /// Samples per pixel.
@@ -126,8 +124,7 @@ pub fn build_with(
             transparent: film.transparent,
         },
         filter: film.filter,
-        exposure: film.exposure,
-        tone_curve: film.tonemap,
+        display: film.display,
         sampler: description.sampler.sampler,
         spp: description.sampler.spp,
         seed: description.sampler.seed,

@@ -11,7 +11,7 @@ use etendue::{
     scene::{DeltaLight, Mesh},
     spectrum::Spectrum,
     texture::{Mapping, Transfer},
-    tonemap::ToneCurve,
+    tonemap::DisplayTransform,
 };
 use etendue_accel::AcceleratorKind;
 use std::path::PathBuf;
@@ -227,10 +227,8 @@ pub struct FilmRecord {
     pub crop: Option<Located<[u32; 4]>>,
     /// Reconstruction.
     pub filter: Filter,
-    /// Stops: the picture is multiplied by 2 to this power where it becomes 8 bits.
-    pub exposure: f32,
-    /// Tone curve of 8-bit pictures.
-    pub tonemap: ToneCurve,
+    /// How the picture becomes 8 bits.
+    pub display: DisplayTransform,
     /// Layers beside the colour.
     pub aovs: Vec<Aov>,
     /// Nothing is to be seen where camera rays meet no surface.

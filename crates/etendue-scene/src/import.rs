@@ -111,6 +111,7 @@ pub fn type_name<C, N>(scattering: &Scattering<C, N>) -> &'static str {
         Scattering::Glass { .. } => "glass",
         Scattering::RoughMetal { .. } => "rough-metal",
         Scattering::RoughGlass { .. } => "rough-glass",
+        Scattering::BrushedMetal { .. } => "brushed-metal",
         Scattering::Mtl { .. } => "mtl",
         Scattering::Phong(_) => "phong",
         Scattering::Principled(_) => "principled",

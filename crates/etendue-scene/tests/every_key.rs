@@ -1,8 +1,8 @@
 //! Every key of every type reads, and a description holds what was written.
 
 use etendue::{
-    bsdf::{PhongLobes, PrincipledParameters},
-    material::{Relief, Scattering},
+    bsdf::{GrooveForm, PhongLobes, PrincipledParameters},
+    material::{Relief, Scattering, Tangent, TangentField},
     math::DVec3,
     scene::DeltaLight,
     spectrum::Spectrum,
@@ -53,6 +53,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[film]", "filter") => "{ type = \"box\", radius = 1 }",
         ("[film]", "crop") => "[1, 2, 3, 4]",
         ("[film]", "exposure") => "-1.5",
+        ("[film]", "balance") => "[2, 1, 0.5]",
+        ("[film]", "encoding") => "\"linear\"",
         ("[film]", "tonemap") => "\"none\"",
         ("[film]", "transparent") => "true",
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
@@ -66,6 +68,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "bump") => "{ file = \"h.png\", factor = 0.01 }",
         ("[materials.NAME]", "normal_map") => "{ file = \"n.png\" }",
         ("[materials.NAME]", "normal_scale") => "0.5",
+        ("[materials.NAME]", "tangent") => "{ type = \"radial\", center = [1, 2, 3], rotation = 90 }",
+        ("[materials.NAME]", "form") => "\"normalised\"",
         ("[materials.NAME]", "metal") => "\"gold\"",
         ("[materials.NAME]", "ior") => "1.25",
         ("[materials.NAME]", "opacity" | "alpha" | "specular" | "transmission") => "0.5",
@@ -161,7 +165,10 @@ fn settings() {
         value("[film]", "aovs")
     ))
     .film;
-    assert_eq!((film.size, film.exposure, film.crop.unwrap().value, film.aovs.len()), ([64, 32], 2.0, [1, 2, 3, 4], 2));
+    assert_eq!(
+        (film.size, film.display.exposure, film.crop.unwrap().value, film.aovs.len()),
+        ([64, 32], 2.0, [1, 2, 3, 4], 2)
+    );
     assert_eq!(
         read("[environment]\nradiance = [1, 2, 3]").environment,
         Some(EnvironmentRecord::Constant(Spectrum([1.0, 2.0, 3.0])))
@@ -202,14 +209,25 @@ fn lights() {
 
 #[test]
 fn film_with_every_key() {
-    let keys = ["size", "filter", "crop", "exposure", "tonemap", "aovs", "transparent"];
+    let keys = ["size", "filter", "crop", "exposure", "balance", "tonemap", "encoding", "aovs", "transparent"];
     let lines: String = keys.iter().map(|k| format!("{k} = {}\n", value("[film]", k))).collect();
     assert!(read(&format!("[film]\n{lines}")).film.transparent);
 }
 
 #[test]
 fn materials() {
-    for name in ["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "phong", "principled", "black"] {
+    for name in [
+        "diffuse",
+        "mirror",
+        "glass",
+        "rough-metal",
+        "rough-glass",
+        "brushed-metal",
+        "mtl",
+        "phong",
+        "principled",
+        "black",
+    ] {
         let left_out: &[&str] = if name == "rough-metal" { &["bump", "metal"] } else { &["bump"] };
         let scene = all_keys("[materials.NAME]", "[materials.m]", "type", name, left_out);
         let material = &scene.materials[0].material;
@@ -217,6 +235,8 @@ fn materials() {
         let emission = material.emission.as_ref().unwrap();
         assert_eq!((&emission.radiance, emission.two_sided), (&Spectrum([1.0, 2.0, 3.0]).into(), true));
         assert!(matches!(&material.relief, Some(Relief::Normals { scale: 0.5, .. })));
+        let direction = Tangent::Radial { center: DVec3::new(1.0, 2.0, 3.0), axis: None };
+        assert_eq!(material.tangent, TangentField { direction, rotation: 90f32.to_radians().into() });
     }
     let scene = all_keys(
         "[materials.NAME]",
@@ -238,6 +258,38 @@ fn materials() {
     assert!((reflectance[2] - 0.215_86).abs() < 1e-5);
     assert_eq!(scene.materials[0].material.emission.as_ref().unwrap().radiance, Spectrum::splat(3.0).into());
     assert_eq!(scene.materials[1].material.name, "Z z");
+}
+
+#[test]
+fn direction_fields() {
+    let field = |text: &str| {
+        let scene = read(&format!("[materials.m]\ntype = \"brushed-metal\"\ntangent = {text}"));
+        scene.materials[0].material.tangent.clone()
+    };
+    let center = DVec3::new(1.0, 2.0, 3.0);
+    assert_eq!(field("\"uv\""), TangentField::default());
+    assert_eq!(field("{ rotation = -45 }").rotation, (-45f32).to_radians().into());
+    for (text, direction) in [
+        ("type = \"uv\"", Tangent::Uv),
+        ("type = \"constant\", direction = [0, 0, 2]", Tangent::Constant(DVec3::Z)),
+        ("type = \"constant\", direction = \"x\"", Tangent::Constant(DVec3::X)),
+        ("type = \"radial\", center = [1, 2, 3]", Tangent::Radial { center, axis: None }),
+        ("type = \"radial\", center = [1, 2, 3], axis = \"y\"", Tangent::Radial { center, axis: Some(DVec3::Y) }),
+        ("type = \"tangential\", center = [1, 2, 3]", Tangent::Tangential { center, axis: None }),
+        (
+            "type = \"tangential\", center = [1, 2, 3], axis = [3, 0, 0]",
+            Tangent::Tangential { center, axis: Some(DVec3::X) },
+        ),
+    ] {
+        let turned = field(&format!("{{ {text}, rotation = {{ file = \"turn.png\", factor = 180 }} }}"));
+        assert_eq!(turned.direction, direction);
+        assert_eq!(turned.rotation.factor, 180f32.to_radians());
+        assert!(turned.rotation.texture.is_some());
+    }
+    let scene = all_keys("[materials.NAME]", "[materials.m]", "type", "brushed-metal", &["bump"]);
+    let (reflectance, form) = (Spectrum([0.25, 0.5, 0.125]), GrooveForm::Normalised);
+    let metal = Scattering::BrushedMetal { reflectance, exponent: 50.0, form };
+    assert_eq!(scene.materials[0].material.scattering, metal.into());
 }
 
 #[test]

@@ -86,6 +86,7 @@ fn every_choice_is_in_the_manual() {
         ("[camera]", "[camera]\naperture = \"?\""),
         ("[film]", "[film]\nfilter = \"?\""),
         ("[film]", "[film]\ntonemap = \"?\""),
+        ("[film]", "[film]\nencoding = \"?\""),
         ("[film]", "[film]\naovs = [\"?\"]"),
         ("[sampler]", "[sampler]\ntype = \"?\""),
         ("[integrator]", "[integrator]\ntype = \"?\""),

@@ -1,6 +1,9 @@
 //! Pictures written and read back, damaged files, and files that are whole or not there.
 
-use etendue::image::{Channel, ChannelData, Image};
+use etendue::{
+    image::{Channel, ChannelData, Image},
+    tonemap::{DisplayTransform, Encoding},
+};
 use etendue_scene::{
     image_file::{self, Limits, ReadError, decode_image, read_image},
     output::{EncodeError, Format, Metadata, Window, WriteError, atomic, exr, hdr, pfm, png, write_image},
@@ -116,6 +119,23 @@ fn png_decodes_to_within_half_a_step_and_names_its_colour_space() {
             // Half an 8 bit step is largest at white: 1.055 * 2.4 ... / 255 / 2 < 0.0047.
             assert!((w.min(1.0) - r).abs() < 0.0047, "{name}: {w} {r}");
             assert_eq!(linear_to_byte([w; 3]), linear_to_byte([r; 3]));
+        }
+    }
+}
+
+/// A picture in proportion to the light says so, and is read back as what it was.
+#[test]
+fn png_may_be_linear() {
+    let display = DisplayTransform { encoding: Encoding::Linear, ..DisplayTransform::default() };
+    let mut bytes = Vec::new();
+    let metadata = Metadata { encoding: display.encoding, ..metadata() };
+    png::write(&mut bytes, &opaque(), &metadata, &display.encoder()).unwrap();
+    let holds = |chunk: &[u8]| bytes.windows(chunk.len()).any(|w| w == chunk);
+    assert!(!holds(b"sRGB") && holds(b"gAMA\x00\x01\x86\xa0"));
+    let read = decode_image(Path::new("x.png"), &bytes, &Limits::default()).unwrap();
+    for name in ["R", "G", "B"] {
+        for (&w, &r) in opaque().f32_channel(name).unwrap().iter().zip(read.f32_channel(name).unwrap()) {
+            assert!((w.clamp(0.0, 1.0) - r).abs() < 0.5 / 255.0 + 1e-6, "{name}: {w} {r}");
         }
     }
 }

@@ -265,6 +265,11 @@ impl Camera {
         }
     }
 
+    /// The centre of projection, relative to the scene's centre; of an orthographic camera the middle of its image.
+    pub fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
     /// True if rays depend on the lens point.
     pub fn has_lens(&self) -> bool {
         self.lens.is_some()

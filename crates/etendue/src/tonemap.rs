@@ -1,4 +1,4 @@
-//! From linear light to 8-bit sRGB: exposure, tone curve, transfer function.
+//! From linear light to 8 bits: exposure, balance, tone curve, encoding.
 //!
 //! The default is no curve but clipping, what Mitsuba, pbrt and most others write, so that pictures can be compared; the
 //! others trade that for softer highlights.
@@ -8,6 +8,7 @@ use std::str::FromStr;
 
 use crate::film::UnknownName;
 use crate::math::{exp_wide, exp2, ln_wide, pow};
+use crate::spectrum::Spectrum;
 
 /// How linear Rec. 709 colours above 0 are brought to the display's [0, 1], still linear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -122,6 +123,80 @@ impl FromStr for ToneCurve {
             name: name.to_owned(),
             expected: Self::ALL.map(Self::name).join(", "),
         })
+    }
+}
+
+/// How display values are stored in 8 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Encoding {
+    /// With the transfer function of sRGB (IEC 61966-2-1), as screens want it.
+    #[default]
+    Srgb,
+    /// In proportion. On a screen that takes them for sRGB, such pictures are darker and of more contrast.
+    Linear,
+}
+
+impl Encoding {
+    /// Every encoding.
+    pub const ALL: [Self; 2] = [Self::Srgb, Self::Linear];
+
+    /// The name it has in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Srgb => "srgb",
+            Self::Linear => "linear",
+        }
+    }
+
+    /// The nearest of 0 to 255 of a value in [0, 1]; those beyond are clipped, NaN gives 0.
+    pub fn to_8bit(self, value: f32) -> u8 {
+        match self {
+            Self::Srgb => to_srgb8(value),
+            Self::Linear => (f64::from(positive(value, 1.0)) * 255.0 + 0.5) as u8,
+        }
+    }
+}
+
+impl fmt::Display for Encoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// All that lies between linear light and the bytes of a picture, in this order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DisplayTransform {
+    /// Stops: light is multiplied by 2 to this power.
+    pub exposure: f32,
+    /// Light is multiplied by this, channel by channel; at least 0.
+    pub balance: Spectrum,
+    /// Brings light to [0, 1].
+    pub curve: ToneCurve,
+    /// Brings that to 8 bits.
+    pub encoding: Encoding,
+}
+
+impl Default for DisplayTransform {
+    fn default() -> Self {
+        let (curve, encoding) = (ToneCurve::default(), Encoding::default());
+        Self { exposure: 0.0, balance: Spectrum::ONE, curve, encoding }
+    }
+}
+
+impl DisplayTransform {
+    /// The function from linear light to bytes.
+    pub fn encoder(self) -> impl Fn([f32; 3]) -> [u8; 3] + Copy + Send + Sync {
+        let factors = self.balance * exposure_factor(self.exposure);
+        move |light| self.curve.apply((Spectrum(light) * factors).0).map(|value| self.encoding.to_8bit(value))
+    }
+}
+
+/// In words, for the metadata of pictures: `exposure 0, balance 1 1 1, tonemap none, encoding srgb`.
+impl fmt::Display for DisplayTransform {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [r, g, b] = self.balance.0;
+        let Self { exposure, curve, encoding, .. } = self;
+        write!(f, "exposure {exposure}, balance {r} {g} {b}, tonemap {curve}, encoding {encoding}")
     }
 }
 
@@ -241,6 +316,31 @@ mod tests {
         }
         assert!((exposure_factor(0.5) - std::f32::consts::SQRT_2).abs() < 2e-7);
         assert!(exposure_factor(1e30).is_infinite() && exposure_factor(-1e30) == 0.0);
+    }
+
+    #[test]
+    fn linear_levels_are_in_proportion() {
+        for level in 0..=255u8 {
+            let x = f32::from(level) / 255.0;
+            assert_eq!(Encoding::Linear.to_8bit(x), level);
+            assert_eq!(Encoding::Srgb.to_8bit(x), to_srgb8(x));
+        }
+        // The border between two levels lies half way.
+        assert_eq!([127.4 / 255.0, 127.6 / 255.0].map(|x| Encoding::Linear.to_8bit(x)), [127, 128]);
+        assert_eq!([f32::NAN, -1.0, 2.0, f32::INFINITY].map(|x| Encoding::Linear.to_8bit(x)), [0, 0, 255, 255]);
+    }
+
+    #[test]
+    fn the_whole_transform() {
+        let all = DisplayTransform::default();
+        assert_eq!(all.encoder()([0.18, 0.5, 7.0]), [118, 188, 255]);
+        let linear = DisplayTransform { encoding: Encoding::Linear, ..all };
+        assert_eq!(linear.encoder()([0.2, 0.4, 7.0]), [51, 102, 255]);
+        let balanced = DisplayTransform { exposure: 1.0, balance: Spectrum([2.0, 1.0, 0.5]), ..linear };
+        assert_eq!(balanced.encoder()([0.1, 0.1, 0.1]), [102, 51, 26]);
+        let curved = DisplayTransform { curve: ToneCurve::Reinhard, ..balanced };
+        assert_eq!(curved.encoder()([0.25, 0.5, 1.0]), [135; 3], "1 17/32, after balance and exposure");
+        assert_eq!(curved.to_string(), "exposure 1, balance 2 1 0.5, tonemap reinhard, encoding linear");
     }
 
     #[test]

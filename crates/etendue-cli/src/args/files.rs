@@ -1,9 +1,8 @@
 //! Arguments of the subcommands that look at files and turn them into others.
 
-use super::{names, parse_exposure};
+use super::DisplayArgs;
 use clap::Args;
 use clap_complete::Shell;
-use etendue::tonemap::ToneCurve;
 use std::path::PathBuf;
 
 const INFO_EXAMPLES: &str = "\
@@ -46,13 +45,9 @@ pub struct ConvertArgs {
     /// File to write
     pub output: PathBuf,
 
-    /// Brighten pictures of 8 bits by this many stops
-    #[arg(long, value_name = "STOPS", value_parser = parse_exposure)]
-    pub exposure: Option<f32>,
-
-    /// Tone curve of pictures of 8 bits
-    #[arg(long, value_name = "T", value_parser = names(&ToneCurve::ALL, ToneCurve::name))]
-    pub tonemap: Option<ToneCurve>,
+    /// How pictures of 8 bits are made.
+    #[command(flatten)]
+    pub display: DisplayArgs,
 
     /// Layer of an .exr file, such as Albedo, N or Depth: its channels become red, green and blue
     #[arg(long, value_name = "NAME")]

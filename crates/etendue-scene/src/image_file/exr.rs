@@ -96,7 +96,8 @@ fn metadata_of(own: &LayerAttributes, shared: &ImageAttributes, size: Vec2<usize
         }
         _ => None,
     };
-    Metadata { software: own.software_name.as_ref().map(string).unwrap_or_default(), entries, window }
+    let software = own.software_name.as_ref().map(string).unwrap_or_default();
+    Metadata { software, entries, window, ..Metadata::default() }
 }
 
 fn string(text: &Text) -> String {

@@ -103,6 +103,13 @@ impl<W: Write> Writer<'_, W> {
                 let specular = Color { factor, texture: tint.texture };
                 self.lobes(&black, &specular, Some(&number("alpha", 0.1)), 2)
             }
+            Scattering::BrushedMetal { .. } => {
+                self.color("Kd", &black)?;
+                self.color("Ks", &color("reflectance"))?;
+                self.number("Ns", &number("exponent", 20.0))?;
+                writeln!(self.out, "illum 2")?;
+                Ok(())
+            }
             Scattering::Mtl { .. } => {
                 let refracts = color("transmission") != black;
                 let illum = if refracts { 7 } else { 2 };

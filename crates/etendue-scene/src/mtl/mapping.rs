@@ -9,7 +9,7 @@ use super::{
 };
 use crate::description::TextureRecord;
 use etendue::{
-    material::{Color, Emission, Material, Number, Parameter, Relief, Scattering},
+    material::{Color, Emission, Material, Number, Parameter, Relief, Scattering, TangentField},
     spectrum::Spectrum,
     texture::{Channel, Transfer},
 };
@@ -46,7 +46,16 @@ pub fn material(record: &Record, is_dialect: bool, note: Note) -> Material<Textu
         classic::material(record, emission.is_some(), note)
     };
     let relief = relief(record, note);
-    Material { emission, opacity, relief, scattering, name: record.name.clone() }
+    Material {
+        emission,
+        opacity,
+        relief,
+        scattering,
+        name: record.name.clone(),
+        tangent: TangentField::default(),
+        interior: None,
+        priority: None,
+    }
 }
 
 fn say_what_has_no_use(record: &Record, note: Note) {

@@ -12,13 +12,13 @@ pub mod png;
 
 pub use atomic::WriteError;
 
-use etendue::image::Image;
+use etendue::{image::Image, tonemap::Encoding};
 use std::{fmt, path::Path};
 
 /// The picture formats that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
-    /// 8 bit sRGB after exposure and tone curve; `R G B`, and `A` where there is one.
+    /// 8 bits after exposure, balance and tone curve; `R G B`, and `A` where there is one.
     Png,
     /// Linear 32 bit floats and ids, every channel, with metadata.
     Exr,
@@ -87,6 +87,8 @@ pub struct Metadata {
     pub software: String,
     /// Further entries, in order: name (letters and digits) and text.
     pub entries: Vec<(String, String)>,
+    /// How files of 8 bits are encoded, which they say.
+    pub encoding: Encoding,
     /// Set if the picture is a crop.
     pub window: Option<Window>,
 }
@@ -104,7 +106,8 @@ impl Metadata {
     }
 }
 
-/// Linear `R G B` to the three bytes of a pixel on screen: exposure, tone curve and sRGB encoding.
+/// Linear `R G B` to the three bytes of a pixel, see [`DisplayTransform`](etendue::tonemap::DisplayTransform); in the
+/// encoding that [`Metadata::encoding`] states.
 pub type Encode<'a> = &'a (dyn Fn([f32; 3]) -> [u8; 3] + Sync);
 
 /// Writes `image` to `path` in `format`, whole or not at all (see [`atomic::write`]). `encode` is used by 8 bit formats.

@@ -1,7 +1,7 @@
-//! PNG: 8 bit sRGB.
+//! PNG: 8 bits a channel.
 
 use super::{Encode, EncodeError, Metadata, check_shape, color_channels};
-use etendue::image::Image;
+use etendue::{image::Image, tonemap::Encoding};
 use std::io::{BufWriter, Write};
 
 impl From<png::EncodingError> for EncodeError {
@@ -13,7 +13,7 @@ impl From<png::EncodingError> for EncodeError {
     }
 }
 
-/// Writes the colour of `image` as 8 bit sRGB, with `sRGB` and `gAMA` chunks and the metadata as text. If it has a channel
+/// Writes the colour of `image` in 8 bits, with chunks that say how it is encoded, and the metadata as text. If it has a channel
 /// `A`, by which colours are multiplied, PNG's straight alpha is made of it: `encode` gets the colour divided by it.
 pub fn write(out: impl Write, image: &Image, metadata: &Metadata, encode: Encode<'_>) -> Result<(), EncodeError> {
     check_shape(image)?;
@@ -34,7 +34,7 @@ pub fn write(out: impl Write, image: &Image, metadata: &Metadata, encode: Encode
     write_bytes(out, size, png::ColorType::Rgba, bytes.as_flattened(), metadata)
 }
 
-/// Writes `width * height` pixels of three sRGB bytes.
+/// Writes `width * height` pixels of three bytes.
 pub fn write_rgb8(out: impl Write, size: [u32; 2], bytes: &[u8], metadata: &Metadata) -> Result<(), EncodeError> {
     write_bytes(out, size, png::ColorType::Rgb, bytes, metadata)
 }
@@ -50,9 +50,14 @@ fn write_bytes(
     let mut encoder = png::Encoder::new(&mut buffered, size[0], size[1]);
     encoder.set_color(color);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    // The value that the PNG specification gives for readers that do not know the sRGB chunk.
-    encoder.set_source_gamma(png::ScaledFloat::from_scaled(45_455));
+    match metadata.encoding {
+        Encoding::Srgb => {
+            encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+            // The value that the PNG specification gives for readers that do not know the sRGB chunk.
+            encoder.set_source_gamma(png::ScaledFloat::from_scaled(45_455));
+        }
+        Encoding::Linear => encoder.set_source_gamma(png::ScaledFloat::from_scaled(100_000)),
+    }
     encoder.add_itxt_chunk("Software".to_owned(), metadata.software.clone())?;
     for (name, text) in &metadata.entries {
         encoder.add_itxt_chunk(name.clone(), text.clone())?;

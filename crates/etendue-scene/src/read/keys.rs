@@ -82,7 +82,17 @@ pub static CAMERA: Section = Section {
 /// The picture.
 pub static FILM: Section = Section {
     name: "[film]",
-    keys: &[all("size"), all("filter"), all("crop"), all("exposure"), all("tonemap"), all("aovs"), all("transparent")],
+    keys: &[
+        all("size"),
+        all("filter"),
+        all("crop"),
+        all("exposure"),
+        all("balance"),
+        all("tonemap"),
+        all("encoding"),
+        all("aovs"),
+        all("transparent"),
+    ],
 };
 
 /// Reconstruction.
@@ -129,7 +139,8 @@ pub static MATERIAL: Section = Section {
         all("bump"),
         all("normal_map"),
         all("normal_scale"),
-        of("reflectance", &["diffuse", "mirror"]),
+        all("tangent"),
+        of("reflectance", &["diffuse", "mirror", "brushed-metal"]),
         of("transmittance", &["diffuse"]),
         of("ior", &["glass", "rough-glass", "mtl", "phong", "principled"]),
         of("reflection_tint", &["glass", "rough-glass"]),
@@ -142,7 +153,8 @@ pub static MATERIAL: Section = Section {
         of("alpha", &["rough-metal", "rough-glass", "mtl"]),
         of("diffuse", &["mtl", "phong"]),
         of("specular", &["mtl", "phong", "principled"]),
-        of("exponent", &["phong"]),
+        of("exponent", &["brushed-metal", "phong"]),
+        of("form", &["brushed-metal"]),
         of("diffuse_transmission", &["phong"]),
         of("transmission", &["mtl", "phong", "principled"]),
         of("transmission_exponent", &["phong"]),
@@ -155,6 +167,18 @@ pub static MATERIAL: Section = Section {
         of("coat_roughness", &["principled"]),
         of("sheen", &["principled"]),
         of("sheen_roughness", &["principled"]),
+    ],
+};
+
+/// Directions over a surface.
+pub static TANGENT: Section = Section {
+    name: "tangent",
+    keys: &[
+        all("type"),
+        of("direction", &["constant"]),
+        of("center", &["radial", "tangential"]),
+        of("axis", &["radial", "tangential"]),
+        all("rotation"),
     ],
 };
 
@@ -242,7 +266,7 @@ pub static LIGHT: Section = Section {
 };
 
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 19] = [
+pub static SECTIONS: [&Section; 20] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -256,6 +280,7 @@ pub static SECTIONS: [&Section; 19] = [
     &PARAMETER,
     &TEXTURE_REFERENCE,
     &EMISSION,
+    &TANGENT,
     &MESH,
     &OBJECT,
     &STEP,

@@ -7,6 +7,7 @@ mod material;
 mod object;
 mod references;
 mod settings;
+mod tangent;
 mod texture;
 mod toml_syntax;
 mod values;

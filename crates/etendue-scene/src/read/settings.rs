@@ -20,7 +20,7 @@ use etendue::{
     math::DVec3,
     render::MAX_SPP,
     sampling::{Filter, Sampler},
-    tonemap::ToneCurve,
+    tonemap::{DisplayTransform, Encoding, ToneCurve},
 };
 use etendue_accel::{AcceleratorKind, KdTreeSplit};
 
@@ -186,8 +186,7 @@ pub fn film(file: &Fields) -> FilmRecord {
         size: [512, 512],
         crop: None,
         filter: Filter::default(),
-        exposure: 0.0,
-        tonemap: ToneCurve::default(),
+        display: DisplayTransform::default(),
         aovs: Vec::new(),
         transparent: false,
     };
@@ -197,13 +196,24 @@ pub fn film(file: &Fields) -> FilmRecord {
     film.size = size.unwrap_or(film.size);
     film.crop = fields.read("crop", |i| crop(i, film.size));
     film.filter = fields.read("filter", filter).unwrap_or(film.filter);
-    film.exposure = fields.read("exposure", |i| i.number_f32(Bounds::within(-64.0, 64.0))).unwrap_or(film.exposure);
-    let curves = ToneCurve::ALL.map(|t| (t.name(), t));
-    film.tonemap = fields.read("tonemap", |i| i.choice(&curves)).unwrap_or(film.tonemap);
+    film.display = display(&fields);
     film.aovs = fields.read("aovs", aovs).unwrap_or_default();
     film.transparent = fields.read("transparent", |i| i.boolean()).unwrap_or(film.transparent);
     fields.finish();
     film
+}
+
+/// How the picture becomes 8 bits.
+fn display(fields: &Fields) -> DisplayTransform {
+    let default = DisplayTransform::default();
+    let curves = ToneCurve::ALL.map(|t| (t.name(), t));
+    let encodings = Encoding::ALL.map(|e| (e.name(), e));
+    DisplayTransform {
+        exposure: fields.read("exposure", |i| i.number_f32(Bounds::within(-64.0, 64.0))).unwrap_or(default.exposure),
+        balance: fields.read("balance", |i| i.colour(Bounds::LIGHT)).unwrap_or(default.balance),
+        curve: fields.read("tonemap", |i| i.choice(&curves)).unwrap_or(default.curve),
+        encoding: fields.read("encoding", |i| i.choice(&encodings)).unwrap_or(default.encoding),
+    }
 }
 
 fn crop(item: Item, [width, height]: [u32; 2]) -> Option<Located<[u32; 4]>> {

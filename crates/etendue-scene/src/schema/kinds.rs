@@ -5,13 +5,13 @@ use crate::read::{
     keys::{self, Section},
 };
 use etendue::{
-    bsdf::metals,
+    bsdf::{GrooveForm, metals},
     film::Aov,
     integrator::Integrator,
     render::MAX_SPP,
     sampling::{Filter, Sampler},
     texture::{Channel, Filtering, Wrap},
-    tonemap::ToneCurve,
+    tonemap::{Encoding, ToneCurve},
 };
 
 /// What a key takes.
@@ -102,6 +102,7 @@ pub fn kind(section: &str, key: &str) -> Option<Kind> {
         "a textured parameter" => textured(key),
         "normal_map" => textured(key).filter(|_| key != "factor"),
         "emission" => emission(key),
+        "tangent" => tangent(key),
         "[meshes.NAME]" => mesh(key),
         "[[objects]]" => object(key),
         "a step of transform" => step(key),
@@ -159,6 +160,8 @@ fn film(key: &str) -> Option<Kind> {
         "filter" => Kind::Any(vec![all(&Filter::ALL, Filter::name), Table(&keys::FILTER)]),
         "crop" => array(Integer(0, MAX_SIDE.into()), 4),
         "exposure" => Number(Bounds::within(-64.0, 64.0)),
+        "balance" => Colour(Bounds::LIGHT),
+        "encoding" => all(&Encoding::ALL, Encoding::name),
         "tonemap" => all(&ToneCurve::ALL, ToneCurve::name),
         "aovs" => Kind::Array(Box::new(all(&Aov::ALL, Aov::name)), 0, Aov::ALL.len()),
         "transparent" => Boolean,
@@ -227,14 +230,25 @@ fn texture(key: &str) -> Option<Kind> {
 
 fn material(key: &str) -> Option<Kind> {
     Some(match key {
-        "type" => {
-            choice(&["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "phong", "principled", "black"])
-        }
+        "type" => choice(&[
+            "diffuse",
+            "mirror",
+            "glass",
+            "rough-metal",
+            "rough-glass",
+            "brushed-metal",
+            "mtl",
+            "phong",
+            "principled",
+            "black",
+        ]),
         "emission" => Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::EMISSION)]),
         "normal_map" => Table(&keys::TEXTURE_REFERENCE),
         "normal_scale" => Number(FAR),
         "bump" => numbers(FAR),
         "thin" => Boolean,
+        "form" => all(&GrooveForm::ALL, GrooveForm::name),
+        "tangent" => Kind::Any(vec![choice(&["uv"]), Table(&keys::TANGENT)]),
         "metal" => Kind::Any(vec![Kind::Choice(metals::names().collect()), Name]),
         "ior" => numbers(IOR),
         "eta" | "k" => colours(Bounds::within(0.0, 100.0)),
@@ -271,6 +285,16 @@ fn emission(key: &str) -> Option<Kind> {
     Some(match key {
         "radiance" => colours(Bounds::LIGHT),
         "two_sided" => Boolean,
+        _ => return None,
+    })
+}
+
+fn tangent(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => choice(&["uv", "constant", "radial", "tangential"]),
+        "direction" | "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
+        "center" => point(),
+        "rotation" => numbers(Bounds::within(-3600.0, 3600.0)),
         _ => return None,
     })
 }

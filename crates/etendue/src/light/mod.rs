@@ -21,6 +21,7 @@
 //! a point on it, and gathers nothing from it. So the whole segment from the context to the target is on one side of
 //! the plane, by at least `margin`; a sphere is on the other side of its tangent plane.
 
+mod circle;
 mod directional;
 mod environment;
 mod planar;
@@ -33,6 +34,7 @@ mod spot;
 mod table;
 mod triangle;
 
+pub use circle::{Arcs, LightCircle};
 pub use directional::DirectionalLight;
 pub use environment::ConstantEnvironment;
 pub use point::PointLightSource;
@@ -93,6 +95,23 @@ trait Emitter {
     /// Density with which `sample` draws the unit vector `wi`, given that a ray along it meets the light at `distance`
     /// (infinite for lights at infinity).
     fn pdf(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> f32;
+    /// See [`Light::arcs`].
+    fn arcs(&self, _circle: &LightCircle) -> Arcs {
+        Arcs::default()
+    }
+    /// See [`Light::reach`].
+    fn reach(&self, _circle: &LightCircle, _phi: f64) -> Option<Reached> {
+        None
+    }
+}
+
+/// The point of a light in some direction.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    /// As in [`LightSample`].
+    target: Vec3,
+    /// As in [`LightSample`].
+    at: [f32; 2],
 }
 
 /// A source of light: world space, relative to the scene's centre.
@@ -149,6 +168,19 @@ impl Light {
         matches!(self, Self::Directional(_) | Self::Environment(_) | Self::Image(_))
     }
 
+    /// The middle of the light, relative to the scene's centre; `None` for light from infinity.
+    #[inline]
+    pub fn anchor(&self) -> Option<Vec3> {
+        match self {
+            Self::Triangle(light) => Some(light.vertices.into_iter().sum::<Vec3>() / 3.0),
+            Self::Rectangle(light) => Some(light.corner + (light.u + light.v) * 0.5),
+            Self::Sphere(light) => Some(light.center),
+            Self::Point(light) => Some(light.position),
+            Self::Spot(light) => Some(light.position),
+            Self::Directional(_) | Self::Environment(_) | Self::Image(_) => None,
+        }
+    }
+
     /// Radiance from infinity along the unit vector `wi`; black for lights at some place or of one direction.
     #[inline]
     pub fn environment_radiance(&self, wi: Vec3) -> Spectrum {
@@ -179,6 +211,29 @@ impl Light {
     #[inline]
     pub fn pdf(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> f32 {
         dispatch!(self, light => light.pdf(ctx, wi, distance))
+    }
+
+    /// Where on a circle of directions this light is seen, nothing being in between. None for lights without extent, which no
+    /// circle meets, and for those left to the lobe: light from infinity, ellipsoids seen from outside.
+    #[inline]
+    pub fn arcs(&self, circle: &LightCircle) -> Arcs {
+        dispatch!(self, light => light.arcs(circle))
+    }
+
+    /// The light's point at an angle on one of its arcs.
+    #[inline]
+    fn reach(&self, circle: &LightCircle, phi: f64) -> Option<Reached> {
+        dispatch!(self, light => light.reach(circle, phi))
+    }
+
+    /// True if a ray from `point` along `wi` that meets the light at `distance` metres has found what [`Self::reach`] does:
+    /// not the far side of a sphere through a near side that is not there.
+    #[inline]
+    fn is_nearest(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> bool {
+        match self {
+            Self::Sphere(sphere) => sphere.is_nearest(ctx, wi, distance),
+            _ => true,
+        }
     }
 }
 

@@ -4,11 +4,13 @@ mod check;
 mod parameter;
 mod relief;
 mod scattering;
+mod tangent;
 
 pub use check::MaterialError;
 pub use parameter::{Color, Number, Parameter};
 pub use relief::Relief;
 pub use scattering::{INDEX_RANGE, Scattering};
+pub use tangent::{Tangent, TangentField};
 
 use crate::{
     bsdf::Bsdf,
@@ -40,13 +42,29 @@ pub struct Material<T = Arc<Texture>> {
     pub opacity: Number<T>,
     /// Detail of the shading normal.
     pub relief: Option<Relief<T>>,
+    /// Directions of what is anisotropic.
+    pub tangent: TangentField<T>,
+    /// Name of the medium that a closed surface of this material holds behind its normals; absent: what is outside is inside.
+    pub interior: Option<String>,
+    /// Where bodies overlap, the one with the larger number is there. With it, an index of refraction is that of the body
+    /// itself; without, that of the inside over the outside, and the body counts as 0 among others.
+    pub priority: Option<i32>,
 }
 
 impl<T> Material<T> {
     /// An opaque material that emits nothing and has no textures.
     pub fn new(name: impl Into<String>, scattering: Scattering) -> Self {
         let opacity = 1.0.into();
-        Self { name: name.into(), scattering: scattering.into(), emission: None, opacity, relief: None }
+        Self {
+            name: name.into(),
+            scattering: scattering.into(),
+            emission: None,
+            opacity,
+            relief: None,
+            tangent: TangentField::default(),
+            interior: None,
+            priority: None,
+        }
     }
 
     /// The same material with every texture replaced, or left out where `load` gives none. `load` is told how the samples are
@@ -77,6 +95,9 @@ impl<T> Material<T> {
             emission: emission.map(|e| Emission { radiance: color(&e.radiance), two_sided: e.two_sided }),
             opacity: number(&self.opacity),
             relief,
+            tangent: TangentField { direction: self.tangent.direction, rotation: number(&self.tangent.rotation) },
+            interior: self.interior.clone(),
+            priority: self.priority,
         }
     }
 }

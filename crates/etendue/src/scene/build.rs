@@ -1,7 +1,10 @@
 //! From parts to a scene: recentred in f64, single placements baked into world space, shared shapes as instances, lights
 //! listed, accelerator built.
 
-use super::{FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant, emitters};
+use super::{
+    FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant, emitters,
+    interiors::Interiors,
+};
 use crate::{
     bsdf::Bsdf,
     light::{LightTable, LightTableError},
@@ -55,6 +58,14 @@ pub enum SceneError {
     /// The environment has a value that is out of range.
     #[error("the environment's {0}")]
     Environment(&'static str),
+    /// A medium is not among those of the scene.
+    #[error("{user} refers to medium `{name}`, which there is not")]
+    Medium {
+        /// What refers to it.
+        user: String,
+        /// The name given.
+        name: String,
+    },
     /// Too many lights.
     #[error(transparent)]
     Lights(#[from] LightTableError),
@@ -70,6 +81,7 @@ impl Scene {
     /// When parts do not fit together or a value is out of range; see [`SceneError`].
     pub fn build(parts: SceneParts, settings: &AcceleratorSettings) -> Result<Self, SceneError> {
         validate(&parts)?;
+        let interiors = Interiors::new(&parts)?;
         let center = center_of(&parts);
         let mut uses = vec![0usize; parts.shapes.len()];
         for object in &parts.objects {
@@ -107,6 +119,7 @@ impl Scene {
             bsdfs: parts.materials.iter().map(plain_bsdf).collect(),
             lights: LightTable::new(lights, f64::from(radius))?,
             varied,
+            interiors,
             has_delta_lights: !parts.delta_lights.is_empty(),
             accelerator,
             opaque: parts.materials.iter().all(Material::is_opaque),

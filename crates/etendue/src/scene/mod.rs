@@ -4,16 +4,19 @@ mod build;
 mod distant;
 mod emission_map;
 mod emitters;
+mod interiors;
 mod parts;
 
 pub use build::{AcceleratorSettings, SceneError};
+pub use interiors::MAX_NESTED;
+pub(crate) use interiors::{BodyStack, Interiors, Meeting, is_entering};
 pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
     bsdf::Bsdf,
-    light::{LightContext, LightSample, LightTable},
+    light::{LightCircle, LightContext, LightSample, LightTable},
     material::Material,
-    math::{DVec3, Vec2, Vec3},
+    math::{DVec3, Frame, Vec2, Vec3},
     spectrum::Spectrum,
     surface::{self, Chart, MeshData, NO_LIGHT, SurfacePoint},
 };
@@ -115,6 +118,7 @@ pub struct Scene {
     bsdfs: Vec<Option<Bsdf>>,
     lights: LightTable,
     varied: VariedLights,
+    interiors: Interiors,
     accelerator: Accelerator,
     opaque: bool,
     has_delta_lights: bool,
@@ -141,8 +145,20 @@ impl Scene {
     /// where a light's emission or opacity has a texture (the lights of the table have means).
     #[inline]
     pub fn sample_light(&self, ctx: &LightContext, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
-        let index = self.lights.select(u_select)?;
+        self.sample_chosen_light(ctx, self.lights.select(u_select)?, u)
+    }
+
+    /// As [`Self::sample_light`], towards light `index`, which [`LightTable::select`] has chosen.
+    #[inline]
+    pub fn sample_chosen_light(&self, ctx: &LightContext, index: u32, u: [f32; 2]) -> Option<LightSample> {
         let sample = self.lights.sample_chosen(ctx, index, u)?;
+        Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
+    }
+
+    /// A direction of a circle towards a light, as [`LightTable::sample_circle`], with the radiance at the sampled point.
+    #[inline(never)]
+    pub fn sample_light_circle(&self, circle: &LightCircle, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
+        let (index, sample) = self.lights.sample_circle(circle, u_select, u)?;
         Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
     }
 
@@ -160,6 +176,11 @@ impl Scene {
     /// True if some lights can be found by sampling only (`brute` does not see them).
     pub fn has_delta_lights(&self) -> bool {
         self.has_delta_lights
+    }
+
+    /// What fills space, and where.
+    pub(crate) fn interiors(&self) -> &Interiors {
+        &self.interiors
     }
 
     /// The materials, as given.
@@ -186,6 +207,13 @@ impl Scene {
         self.materials[point.material as usize].bsdf(self.texture_coordinates(point, hit))
     }
 
+    /// As [`Self::bsdf_at`], for a body of its own index of refraction in surroundings of another.
+    #[inline(never)]
+    pub fn bsdf_within(&self, point: &SurfacePoint, hit: &Hit, surroundings: f32) -> Bsdf {
+        let uv = self.texture_coordinates(point, hit);
+        self.materials[point.material as usize].scattering.at(uv).within(surroundings).bsdf()
+    }
+
     /// Shading normal at a hit with the relief of its material, unit length.
     #[inline(never)]
     pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit) -> Vec3 {
@@ -193,6 +221,14 @@ impl Scene {
             None => point.shading_normal,
             Some(relief) => relief.normal(point.shading_normal, &self.chart(point, hit)),
         }
+    }
+
+    /// The shading frame at a hit for a BSDF that has directions, about the point's shading normal.
+    #[inline(never)]
+    pub fn directed_frame(&self, point: &SurfacePoint, hit: &Hit) -> Frame {
+        let field = &self.materials[point.material as usize].tangent;
+        let position = self.center + point.position.as_dvec3();
+        field.frame(position, point.shading_normal, || self.chart(point, hit))
     }
 
     /// Texture coordinates of a hit.

@@ -4,6 +4,7 @@ use crate::{
     light::RadianceMap,
     material::Material,
     math::{DAffine3, DMat3, DVec3},
+    medium::Medium,
     spectrum::Spectrum,
 };
 use std::sync::Arc;
@@ -129,4 +130,8 @@ pub struct SceneParts {
     pub delta_lights: Vec<DeltaLight>,
     /// Light from all around; absent: black.
     pub environment: Option<Environment>,
+    /// What bodies and the world may be filled with; each name once.
+    pub media: Vec<Medium>,
+    /// Name of the medium that fills all space outside of bodies; absent: nothing does.
+    pub world_medium: Option<String>,
 }

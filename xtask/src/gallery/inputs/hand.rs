@@ -150,13 +150,16 @@ impl Sheet {
         let slant = 0.2 + 0.07 * self.random.signed();
         let shift = DVec2::new(0.6 * self.random.signed(), 0.7 * self.random.signed());
         for stroke in strokes.split(';').filter(|s| !s.is_empty()) {
-            let points: Vec<DVec2> = stroke.split(' ').map(|pair| {
-                let (x, y) = pair.split_once(',').expect("points of letters are pairs");
-                let number = |s: &str| s.parse::<f64>().expect("points of letters are numbers");
-                let wobble = DVec2::new(self.random.signed(), self.random.signed()) * 0.35;
-                let p = DVec2::new(number(x), number(y)) * size + shift + wobble;
-                pen.on(p.x + slant * p.y, p.y)
-            }).collect();
+            let points: Vec<DVec2> = stroke
+                .split(' ')
+                .map(|pair| {
+                    let (x, y) = pair.split_once(',').expect("points of letters are pairs");
+                    let number = |s: &str| s.parse::<f64>().expect("points of letters are numbers");
+                    let wobble = DVec2::new(self.random.signed(), self.random.signed()) * 0.35;
+                    let p = DVec2::new(number(x), number(y)) * size + shift + wobble;
+                    pen.on(p.x + slant * p.y, p.y)
+                })
+                .collect();
             self.stroke(&points);
         }
         Pen { at: pen.on(advance * size + 1.2 + 0.6 * self.random.signed(), 0.0), ..pen }
@@ -193,7 +196,10 @@ fn through(points: &[DVec2]) -> Vec<DVec2> {
         let [a, b, c, d] = [at(i - 1), at(i), at(i + 1), at(i + 2)];
         for step in 1..=8 {
             let t = f64::from(step) / 8.0;
-            let p = 2.0 * b + (c - a) * t + (2.0 * a - 5.0 * b + 4.0 * c - d) * (t * t) + (3.0 * (b - c) + d - a) * (t * t * t);
+            let p = 2.0 * b
+                + (c - a) * t
+                + (2.0 * a - 5.0 * b + 4.0 * c - d) * (t * t)
+                + (3.0 * (b - c) + d - a) * (t * t * t);
             curve.push(0.5 * p);
         }
     }

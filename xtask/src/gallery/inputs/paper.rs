@@ -76,7 +76,8 @@ fn formulas(sheet: &mut Sheet) {
 
 /// Small circles and lines of some idea.
 fn sketch(sheet: &mut Sheet) {
-    let circles = [(-0.48, -2.09, 0.15), (0.1, -2.6, 0.17), (0.8, -3.08, 0.13), (1.52, -3.82, 0.14), (1.85, -2.52, 0.13)];
+    let circles =
+        [(-0.48, -2.09, 0.15), (0.1, -2.6, 0.17), (0.8, -3.08, 0.13), (1.52, -3.82, 0.14), (1.85, -2.52, 0.13)];
     let small = [(2.75, -2.96, 0.1), (1.5, -2.01, 0.11), (-0.9, -4.4, 0.14), (3.4, -3.9, 0.12)];
     for (i, &(x, y, r)) in circles.iter().chain(&small).enumerate() {
         let turn = i as f64 * 0.9;

@@ -43,7 +43,8 @@ pub fn noise(p: [f64; 3], seed: u64) -> f64 {
         let t = p[i] - cell[i];
         t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
     });
-    let corner = |dx: i64, dy: i64, dz: i64| lattice([cell[0] as i64 + dx, cell[1] as i64 + dy, cell[2] as i64 + dz], seed);
+    let corner =
+        |dx: i64, dy: i64, dz: i64| lattice([cell[0] as i64 + dx, cell[1] as i64 + dy, cell[2] as i64 + dz], seed);
     let lerp = |a: f64, b: f64, t: f64| a + (b - a) * t;
     let along_x = |dy, dz| lerp(corner(0, dy, dz), corner(1, dy, dz), t[0]);
     let plane = |dz| lerp(along_x(0, dz), along_x(1, dz), t[1]);

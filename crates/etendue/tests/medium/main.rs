@@ -1,0 +1,5 @@
+//! Participating media: phase functions, free flights, transmittance, grids of density.
+
+#![allow(clippy::disallowed_methods)]
+
+mod phase;
