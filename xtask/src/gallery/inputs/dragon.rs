@@ -135,7 +135,8 @@ impl Dragon {
             LOW + (cube + 0.5) * CUBE
         });
         let close = |part: &Part, middle| part.at_least(middle) < NEAR + CUBE;
-        let near = |middle| (0..dragon.parts.len() as u16).filter(|&i| close(&dragon.parts[usize::from(i)], middle)).collect();
+        let near =
+            |middle| (0..dragon.parts.len() as u16).filter(|&i| close(&dragon.parts[usize::from(i)], middle)).collect();
         dragon.near = middles.map(near).collect();
         dragon
     }
@@ -167,20 +168,35 @@ impl Dragon {
 
     fn legs(&mut self) {
         // Front legs: shoulder, elbow, wrist; then hind legs: hip, knee, ankle. The side is the sign of y.
-        self.leg(-1.0, [dvec3(-0.44, -0.14, 0.33), dvec3(-0.25, -0.31, 0.24), dvec3(-0.45, -0.4, 0.085)], dvec3(-0.9, -0.35, 0.0), 1.0);
-        self.leg(1.0, [dvec3(-0.46, 0.16, 0.33), dvec3(-0.3, 0.33, 0.22), dvec3(-0.56, 0.39, 0.085)], dvec3(-0.95, 0.3, 0.0), 1.0);
-        self.leg(-1.0, [dvec3(0.44, -0.1, 0.3), dvec3(0.24, -0.27, 0.3), dvec3(0.33, -0.36, 0.085)], dvec3(-0.85, -0.5, 0.0), 1.06);
-        self.leg(1.0, [dvec3(0.54, 0.12, 0.32), dvec3(0.36, 0.31, 0.29), dvec3(0.5, 0.38, 0.085)], dvec3(-0.7, 0.7, 0.0), 1.06);
+        self.leg(
+            -1.0,
+            [dvec3(-0.44, -0.14, 0.33), dvec3(-0.25, -0.31, 0.24), dvec3(-0.45, -0.4, 0.085)],
+            dvec3(-0.9, -0.35, 0.0),
+            1.0,
+        );
+        self.leg(
+            1.0,
+            [dvec3(-0.46, 0.16, 0.33), dvec3(-0.3, 0.33, 0.22), dvec3(-0.56, 0.39, 0.085)],
+            dvec3(-0.95, 0.3, 0.0),
+            1.0,
+        );
+        self.leg(
+            -1.0,
+            [dvec3(0.44, -0.1, 0.3), dvec3(0.24, -0.27, 0.3), dvec3(0.33, -0.36, 0.085)],
+            dvec3(-0.85, -0.5, 0.0),
+            1.06,
+        );
+        self.leg(
+            1.0,
+            [dvec3(0.54, 0.12, 0.32), dvec3(0.36, 0.31, 0.29), dvec3(0.5, 0.38, 0.085)],
+            dvec3(-0.7, 0.7, 0.0),
+            1.06,
+        );
     }
 
     fn leg(&mut self, side: f64, [top, middle, end]: [DVec3; 3], toes: DVec3, size: f64) {
         let toes = toes.normalize();
-        self.ball(
-            top.lerp(middle, 0.25),
-            [DVec3::X, DVec3::Y, DVec3::Z],
-            dvec3(0.165, 0.12, 0.17) * size,
-            0.07,
-        );
+        self.ball(top.lerp(middle, 0.25), [DVec3::X, DVec3::Y, DVec3::Z], dvec3(0.165, 0.12, 0.17) * size, 0.07);
         self.limb(&[(top, 0.13 * size), (middle, 0.088 * size), (end, 0.062 * size)], 0.06);
         self.ball(middle, [DVec3::X, DVec3::Y, DVec3::Z], DVec3::splat(0.095 * size), 0.04);
         // Flames of fur that blow back from the joints.
@@ -218,7 +234,10 @@ impl Dragon {
         self.ball(at(0.0, 0.0, 0.0), axes, dvec3(0.19, 0.135, 0.125), 0.07);
         self.limb(&[(at(0.02, 0.0, 0.0), 0.115), (at(0.28, 0.0, 0.015), 0.085), (at(0.43, 0.0, 0.05), 0.066)], 0.05);
         for v in [-1.0, 1.0] {
-            self.limb(&[(at(0.1, 0.1 * v, -0.03), 0.05), (at(0.3, 0.07 * v, -0.035), 0.04), (at(0.47, 0.045 * v, 0.0), 0.04)], 0.03);
+            self.limb(
+                &[(at(0.1, 0.1 * v, -0.03), 0.05), (at(0.3, 0.07 * v, -0.035), 0.04), (at(0.47, 0.045 * v, 0.0), 0.04)],
+                0.03,
+            );
             self.ball(at(0.49, 0.036 * v, 0.075), axes, dvec3(0.05, 0.042, 0.046), 0.025);
             self.parts.push(Part::Hole(Ellipsoid {
                 middle: at(0.525, 0.055 * v, 0.085),
@@ -227,25 +246,49 @@ impl Dragon {
                 blend: 0.012,
             }));
             // A scroll on the nose.
-            self.limb(&[(at(0.43, 0.03 * v, 0.11), 0.026), (at(0.39, 0.05 * v, 0.15), 0.022), (at(0.35, 0.055 * v, 0.13), 0.012)], 0.02);
+            self.limb(
+                &[
+                    (at(0.43, 0.03 * v, 0.11), 0.026),
+                    (at(0.39, 0.05 * v, 0.15), 0.022),
+                    (at(0.35, 0.055 * v, 0.13), 0.012),
+                ],
+                0.02,
+            );
         }
         self.limb(&[(at(0.12, 0.0, 0.1), 0.035), (at(0.3, 0.0, 0.105), 0.026), (at(0.42, 0.0, 0.125), 0.022)], 0.025);
 
         // The lower jaw, open, with a beard.
         for v in [-1.0, 1.0] {
             self.limb(
-                &[(at(-0.04, 0.085 * v, -0.09), 0.06), (at(0.2, 0.068 * v, -0.185), 0.046), (at(0.42, 0.035 * v, -0.195), 0.036)],
+                &[
+                    (at(-0.04, 0.085 * v, -0.09), 0.06),
+                    (at(0.2, 0.068 * v, -0.185), 0.046),
+                    (at(0.42, 0.035 * v, -0.195), 0.036),
+                ],
                 0.035,
             );
         }
-        self.limb(&[(at(0.0, 0.0, -0.12), 0.075), (at(0.22, 0.0, -0.205), 0.04), (at(0.44, 0.0, -0.205), 0.036), (at(0.55, 0.0, -0.15), 0.014)], 0.035);
+        self.limb(
+            &[
+                (at(0.0, 0.0, -0.12), 0.075),
+                (at(0.22, 0.0, -0.205), 0.04),
+                (at(0.44, 0.0, -0.205), 0.036),
+                (at(0.55, 0.0, -0.15), 0.014),
+            ],
+            0.035,
+        );
         for (v, long) in [(0.0, 1.0), (-1.0, 0.75), (1.0, 0.75)] {
             let root = at(0.33 - 0.1 * v * v, 0.05 * v, -0.225);
             let tip = at(0.2 - 0.16 * v * v, 0.075 * v, -0.245 - 0.13 * long);
             self.limb(&[(root, 0.034), (root.lerp(tip, 0.5) + forward * 0.025, 0.02), (tip, 0.009)], 0.02);
         }
         self.limb(
-            &[(at(0.03, 0.0, -0.1), 0.036), (at(0.24, 0.0, -0.145), 0.03), (at(0.4, 0.01, -0.14), 0.024), (at(0.48, 0.02, -0.1), 0.012)],
+            &[
+                (at(0.03, 0.0, -0.1), 0.036),
+                (at(0.24, 0.0, -0.145), 0.03),
+                (at(0.4, 0.01, -0.14), 0.024),
+                (at(0.48, 0.02, -0.1), 0.012),
+            ],
             0.01,
         );
         // Teeth.
@@ -265,10 +308,24 @@ impl Dragon {
 
         // Brows, eyes, cheeks, ears.
         for v in [-1.0, 1.0] {
-            self.limb(&[(at(0.2, 0.06 * v, 0.085), 0.036), (at(0.08, 0.105 * v, 0.115), 0.036), (at(-0.05, 0.13 * v, 0.15), 0.012)], 0.02);
+            self.limb(
+                &[
+                    (at(0.2, 0.06 * v, 0.085), 0.036),
+                    (at(0.08, 0.105 * v, 0.115), 0.036),
+                    (at(-0.05, 0.13 * v, 0.15), 0.012),
+                ],
+                0.02,
+            );
             self.ball(at(0.125, 0.1 * v, 0.058), axes, DVec3::splat(0.034), 0.008);
             self.ball(at(0.0, 0.105 * v, -0.055), axes, dvec3(0.08, 0.055, 0.07), 0.03);
-            self.limb(&[(at(-0.07, 0.11 * v, 0.06), 0.04), (at(-0.17, 0.18 * v, 0.1), 0.034), (at(-0.25, 0.22 * v, 0.13), 0.01)], 0.02);
+            self.limb(
+                &[
+                    (at(-0.07, 0.11 * v, 0.06), 0.04),
+                    (at(-0.17, 0.18 * v, 0.1), 0.034),
+                    (at(-0.25, 0.22 * v, 0.13), 0.01),
+                ],
+                0.02,
+            );
             // Horns with a second tine.
             self.limb(
                 &[
@@ -280,7 +337,14 @@ impl Dragon {
                 ],
                 0.025,
             );
-            self.limb(&[(at(-0.1, 0.08 * v, 0.15), 0.03), (at(-0.13, 0.09 * v, 0.22), 0.022), (at(-0.19, 0.1 * v, 0.3 - 0.02 * v), 0.009)], 0.02);
+            self.limb(
+                &[
+                    (at(-0.1, 0.08 * v, 0.15), 0.03),
+                    (at(-0.13, 0.09 * v, 0.22), 0.022),
+                    (at(-0.19, 0.1 * v, 0.3 - 0.02 * v), 0.009),
+                ],
+                0.02,
+            );
             // The mane: locks in two rows that stand off from cheek and neck.
             for k in 0..6 {
                 let k = f64::from(k);
@@ -310,7 +374,11 @@ impl Dragon {
                 let size = (piece.radius / 0.18).clamp(0.5, 1.1);
                 let root = piece.cone.on_axis(t) + piece.back * (piece.radius * 0.94);
                 let tip = root + piece.back * (0.075 * size) + piece.tangent * (0.06 * size);
-                spikes.push([(root - piece.tangent * 0.012, 0.034 * size), (root.lerp(tip, 0.45), 0.024 * size), (tip, 0.009)]);
+                spikes.push([
+                    (root - piece.tangent * 0.012, 0.034 * size),
+                    (root.lerp(tip, 0.45), 0.024 * size),
+                    (tip, 0.009),
+                ]);
             }
         }
         for spike in spikes {
@@ -321,7 +389,9 @@ impl Dragon {
     /// The flame at the end of the tail.
     fn tuft(&mut self) {
         let root = dvec3(0.85, 0.02, 0.87);
-        for (k, (long, lean)) in [(0.2, -0.75), (0.25, -0.35), (0.27, 0.05), (0.24, 0.45), (0.18, 0.85)].into_iter().enumerate() {
+        for (k, (long, lean)) in
+            [(0.2, -0.75), (0.25, -0.35), (0.27, 0.05), (0.24, 0.45), (0.18, 0.85)].into_iter().enumerate()
+        {
             let way = dvec3(0.55 + 0.5 * lean, 0.12 * (k as f64 - 2.0), 0.8 - 0.55 * lean).normalize();
             let tip = root + way * long;
             let bow = dvec3(way.z, 0.0, -way.x) * 0.02;
@@ -342,7 +412,10 @@ fn spine() -> Vec<Vertebra> {
         let [a, b, c, d] = [at(i - 1), at(i), at(i + 1), at(i + 2)];
         for step in 0..STEPS {
             let t = step as f64 / STEPS as f64;
-            let p = 2.0 * b + (c - a) * t + (2.0 * a - 5.0 * b + 4.0 * c - d) * (t * t) + (3.0 * (b - c) + d - a) * (t * t * t);
+            let p = 2.0 * b
+                + (c - a) * t
+                + (2.0 * a - 5.0 * b + 4.0 * c - d) * (t * t)
+                + (3.0 * (b - c) + d - a) * (t * t * t);
             points.push(0.5 * p);
         }
     }

@@ -18,7 +18,12 @@ impl Mesh {
         let first = self.positions.len() as u32;
         for (l, u) in lower.iter().zip(upper) {
             assert!(l.y < u.y, "a strip is open at every point");
-            self.positions.extend([dvec3(l.x, front, l.y), dvec3(u.x, front, u.y), dvec3(l.x, back, l.y), dvec3(u.x, back, u.y)]);
+            self.positions.extend([
+                dvec3(l.x, front, l.y),
+                dvec3(u.x, front, u.y),
+                dvec3(l.x, back, l.y),
+                dvec3(u.x, back, u.y),
+            ]);
         }
         // Corners of a cross section: 0 lower front, 1 upper front, 2 lower back, 3 upper back.
         let corner = |i: u32, c: u32| first + 4 * i + c;
