@@ -122,6 +122,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[[lights]]", _) => "[1, 2, 3]",
         ("[[objects]]", "name") => "\"thing\"",
         ("[[objects]]", "material") => "\"m\"",
+        ("[[objects]]", "materials") => "{ \"of the file\" = \"m\" }",
         ("[[objects]]", "transform") => "[{ scale = 2 }, { translate = [1, 2, 3] }]",
         ("[[objects]]", "mesh") => "\"m\"",
         ("[[objects]]", "file") => "\"a.obj\"",
@@ -481,8 +482,8 @@ fn transform() -> UvTransform {
 #[test]
 fn objects() {
     for (name, left_out) in [
-        ("mesh", &["file", "crease_angle"][..]),
-        ("mesh", &["mesh"]),
+        ("mesh", &["file", "crease_angle", "materials"][..]),
+        ("mesh", &["mesh", "materials"]),
         ("sphere", &[]),
         ("rectangle", &["size"]),
         ("rectangle", &["corner", "u", "v"]),
@@ -494,6 +495,9 @@ fn objects() {
         assert_eq!(object.transform.len(), 2);
         assert_eq!(object.material.as_ref().unwrap().value, "m");
     }
+    let scene = all_keys("[[objects]]", "[[objects]]", "shape", "mesh", &["mesh", "material"]);
+    let [of_file, of_scene] = &scene.objects[0].materials[0];
+    assert_eq!((&of_file.value[..], &of_scene.value[..]), ("of the file", "m"));
     let scene = read("[[objects]]\nshape = \"box\"\nsize = 2\n[[objects]]\nshape = \"box\"\nsize = [1, 2, 3]");
     assert!(matches!(scene.objects[0].shape, ShapeRecord::Box { max, .. } if max == DVec3::ONE));
     assert!(matches!(scene.objects[1].shape, ShapeRecord::Box { max, .. } if max == DVec3::new(0.5, 1.0, 1.5)));

@@ -283,6 +283,7 @@ pub static OBJECT: Section = Section {
         all("shape"),
         all("name"),
         all("material"),
+        of("materials", &["mesh"]),
         all("transform"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),

@@ -36,6 +36,8 @@ pub enum Kind {
     Table(&'static Section),
     /// A table of tables, by names.
     Named(&'static Section),
+    /// A table of names, by names.
+    Names,
     /// Any of several kinds.
     Any(Vec<Kind>),
 }
@@ -355,6 +357,7 @@ fn object(key: &str) -> Option<Kind> {
     Some(match key {
         "shape" => choice(&["mesh", "sphere", "rectangle", "box", "disk"]),
         "name" | "material" | "mesh" | "file" => Name,
+        "materials" => Kind::Names,
         "transform" => Kind::Any(vec![Table(&keys::STEP), Kind::Array(Box::new(Table(&keys::STEP)), 0, 1000)]),
         "crease_angle" => crease_angle(),
         "center" | "corner" | "u" | "v" | "min" | "max" => point(),
