@@ -2,6 +2,7 @@
 
 mod environment;
 mod meshes;
+mod sky;
 mod textures;
 mod view;
 

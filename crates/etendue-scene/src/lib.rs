@@ -29,6 +29,7 @@ pub mod read;
 pub mod schema;
 pub mod source;
 pub mod stl;
+pub mod sun_position;
 mod text;
 pub mod value;
 mod vertex_colors;

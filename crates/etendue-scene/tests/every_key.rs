@@ -14,10 +14,11 @@ use etendue::{
 use etendue_scene::{
     SourceMap,
     description::{
-        Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, Step,
-        TextureRecord, UpAxis, View,
+        Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, SkyRecord, Step,
+        SunRecord, TextureRecord, UpAxis, View,
     },
     read_toml,
+    sun_position::Moment,
 };
 use std::path::Path;
 
@@ -104,6 +105,13 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[environment]", "image") => "\"sky.hdr\"",
         ("[environment]", "rotation") => "-30",
         ("[environment]", "up") => "\"z\"",
+        ("[environment]", "elevation" | "azimuth") => "-12.5",
+        ("[environment]", "date") => "2024-02-29",
+        ("[environment]", "time") => "\"14:30:15\"",
+        ("[environment]", "utc_offset" | "turbidity") => "2",
+        ("[environment]", "latitude" | "longitude") => "50.25",
+        ("[environment]", "ground" | "sun_size") => "0.5",
+        ("[environment]", "sun_disk") => "false",
         ("[environment]", _) => "[1, 2, 3]",
         ("[[lights]]", "position" | "direction") => "[1, 2, 3]",
         ("[[lights]]", "target") => "[1, 2, 5]",
@@ -211,6 +219,23 @@ fn environments() {
     assert_eq!(environment("gradient"), gradient);
     let EnvironmentRecord::Image { file, strength, rotation, up } = environment("image") else { panic!() };
     assert_eq!((file.value.as_path(), strength, rotation, up), (Path::new("sky.hdr"), colour, -30.0, UpAxis::Z));
+    // Skies, by each way to place the sun.
+    let moments = ["date", "time", "utc_offset", "latitude", "longitude"];
+    let sky = |left_out: &[&str]| match all_keys("[environment]", "[environment]", "type", "sky", left_out).environment
+    {
+        Some(EnvironmentRecord::Sky(record)) => record,
+        other => panic!("{other:?}"),
+    };
+    let SkyRecord { sun, up, north, turbidity, ground, strength, sun_size, sun_disk, .. } =
+        sky(&[&moments[..], &["elevation", "azimuth"]].concat());
+    assert_eq!((sun, north), (SunRecord::Direction(DVec3::new(1.0, 2.0, 3.0)), Some(DVec3::new(1.0, 2.0, 3.0))));
+    assert_eq!((up, turbidity, sun_size, sun_disk), (UpAxis::Z, 2.0, 0.5, false));
+    assert_eq!((ground, strength), (Spectrum::splat(0.5), colour));
+    let angles = sky(&[&moments[..], &["sun"]].concat()).sun;
+    assert_eq!(angles, SunRecord::Angles { elevation: -12.5, azimuth: -12.5 });
+    let moment = Moment::new([2024, 2, 29], 12.0 * 3600.0 + 30.0 * 60.0 + 15.0).unwrap();
+    let seen = sky(&["sun", "elevation", "azimuth"]).sun;
+    assert_eq!(seen, SunRecord::Moment { moment, latitude: 50.25, longitude: 50.25 });
     // Without a type the other keys tell.
     let short = |text: &str| read(&format!("[environment]\n{text}")).environment.unwrap();
     let EnvironmentRecord::Image { strength, up: UpAxis::Y, .. } = short("image = \"a.exr\"") else { panic!() };

@@ -266,6 +266,11 @@ impl Camera {
         }
     }
 
+    /// The centre of projection, relative to the scene's centre; of an orthographic camera the middle of its image.
+    pub fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
     /// The cone of a pixel about a ray in `direction`: where the ray meets a plane that faces the camera, it is as wide as
     /// the pixel there.
     #[inline]
@@ -276,11 +281,6 @@ impl Camera {
             true => RayCone { width: pixel, spread: 0.0 },
             false => RayCone { width: 0.0, spread: pixel * direction.dot(self.forward) },
         }
-    }
-
-    /// The centre of projection, relative to the scene's centre; of an orthographic camera the middle of its image.
-    pub fn origin(&self) -> Vec3 {
-        self.origin
     }
 
     /// True if rays depend on the lens point.

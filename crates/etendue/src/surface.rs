@@ -213,6 +213,27 @@ impl LocalPoint {
     }
 }
 
+/// A hit's point moved off its facet, on `side` of it, to the mean of the planes that the vertex normals stand on (Hanika,
+/// "Hacking the Shadow Terminator", 2021); `None` where that is no farther than what rounding needs.
+pub(crate) fn lifted(placement: &Placement, point: &SurfacePoint, hit: &Hit, side: f32) -> Option<Vec3> {
+    /// How many times the offset of rays that leave; below, a ray could miss its own facet.
+    const LEAST: f32 = 16.0;
+    let Primitives::Mesh(mesh) = &placement.primitives else { return None };
+    let normals = mesh.normals.as_ref()?;
+    let corners = mesh.indices[hit.id.primitive as usize];
+    let positions = corners.map(|i| Vec3::from(mesh.positions[i as usize]));
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    let on_facet = positions[0] * weights[0] + positions[1] * weights[1] + positions[2] * weights[2];
+    let mut offset = Vec3::ZERO;
+    for k in 0..3 {
+        let normal = Vec3::from(normals[corners[k] as usize]) * side;
+        offset -= normal * ((on_facet - positions[k]).dot(normal).min(0.0) * weights[k]);
+    }
+    let offset = placement.transform.as_ref().map_or(offset, |t| Vec3::from(t.vector_to_world(offset.into())));
+    let height = offset.dot(point.geometric_normal) * side;
+    (height > LEAST * point.offset).then(|| point.position + offset)
+}
+
 fn sphere_point(center: Vec3, radius: f32, on_ray: Vec3) -> LocalPoint {
     let normal = (on_ray - center).try_normalize().unwrap_or(Vec3::Z);
     LocalPoint {

@@ -8,6 +8,7 @@ mod object;
 mod pattern;
 mod references;
 mod settings;
+mod sky;
 mod tangent;
 mod texture;
 mod toml_syntax;
@@ -19,6 +20,7 @@ pub(crate) use pattern::{KINDS as PATTERNS, MAX_STOPS};
 pub use references::check_files;
 pub(crate) use settings::MAX_DEPTH;
 pub use settings::MAX_SIDE;
+pub(crate) use sky::{LATITUDES, LONGITUDES, SUN_SIZES, TURBIDITIES, ZONES};
 pub use values::{Bounds, rotation, sin_cos_degrees};
 
 use crate::{

@@ -1,7 +1,8 @@
 //! What values each key of a scene file takes.
 
 use crate::read::{
-    Bounds, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS, PATTERNS, SEGMENTS,
+    Bounds, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS, PATTERNS, SEGMENTS, SUN_SIZES,
+    TURBIDITIES, ZONES,
     keys::{self, Section},
 };
 use etendue::{
@@ -207,8 +208,18 @@ fn accelerator(key: &str) -> Option<Kind> {
 
 fn environment(key: &str) -> Option<Kind> {
     Some(match key {
-        "type" => choice(&["constant", "image", "gradient"]),
+        "type" => choice(&["constant", "image", "gradient", "sky"]),
         "radiance" | "strength" | "top" | "horizon" | "bottom" => Colour(Bounds::LIGHT),
+        "ground" => Colour(Bounds::UNIT),
+        "sun" | "north" => point(),
+        "elevation" | "latitude" => Number(LATITUDES),
+        "azimuth" => Number(FAR),
+        "longitude" => Number(LONGITUDES),
+        "date" | "time" => Name,
+        "utc_offset" => Number(ZONES),
+        "turbidity" => Number(TURBIDITIES),
+        "sun_size" => Number(SUN_SIZES),
+        "sun_disk" => Boolean,
         "image" => Name,
         "rotation" => Number(FAR),
         "up" => choice(&["y", "z"]),

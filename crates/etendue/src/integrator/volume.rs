@@ -229,10 +229,9 @@ fn scatter(context: &Context, paths: &mut Paths, path: usize, (at, flown): (&Med
     if !survives(context, paths, path) {
         return false;
     }
-    let density = Density::SolidAngle(sample.pdf);
-    paths.previous[path] = Previous { context: at.light_context(), density };
+    paths.previous[path] = Previous { context: at.light_context(), density: Density::SolidAngle(sample.pdf) };
     if context.scene.filters_textures() {
-        paths.cones[path] = paths.cones[path].advanced(flown.distance).scattered(density);
+        paths.cones[path] = paths.cones[path].advanced(flown.distance).scattered(Density::SolidAngle(sample.pdf));
     }
     paths.flown[path] = flown;
     let ray = &mut paths.rays[path];

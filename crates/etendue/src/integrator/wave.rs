@@ -104,8 +104,8 @@ impl Wave {
                 mask: u32::MAX,
                 skip: PrimitiveId::NONE,
             };
-            let cone = context.camera.cone(camera_ray.direction);
             let id = SampleId { key, pixel, index, weight };
+            let cone = context.camera.cone(camera_ray.direction);
             if context.has_media() {
                 let bodies =
                     bodies_along(context.scene, &context.camera_bodies, context.camera.origin(), camera_ray.origin);

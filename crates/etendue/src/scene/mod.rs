@@ -210,21 +210,27 @@ impl Scene {
         surface::surface_point(&self.placements[hit.id.instance as usize], ray, hit)
     }
 
-    /// Scattering at a point, textures looked up; of a body of its own index of refraction, in surroundings of that other one.
+    /// Scattering at a point, textures looked up. `surroundings` is the index of refraction around a body that has its own,
+    /// else 1.
     // Kept out of the loop over vertices, most of which do without.
     #[inline(never)]
-    pub fn bsdf_at(&self, point: &SurfacePoint, at: &Lookup, surroundings: f32) -> Bsdf {
-        let values = self.materials[point.material as usize].scattering.at(at);
-        if surroundings == 1.0 { values.bsdf() } else { values.within(surroundings).bsdf() }
+    pub fn bsdf_within(&self, point: &SurfacePoint, at: &Lookup, surroundings: f32) -> Bsdf {
+        self.materials[point.material as usize].scattering.at(at).within(surroundings).bsdf()
     }
 
-    /// Shading normal at a hit with the relief of its material, unit length.
+    /// Shading normal at a hit with the relief of its material, unit length; `None` where there is no relief.
     #[inline(never)]
-    pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit, at: &Lookup) -> Vec3 {
-        match &self.materials[point.material as usize].relief {
-            None => point.shading_normal,
-            Some(relief) => relief.normal(point.shading_normal, at, &self.chart(point, hit)),
-        }
+    pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit, at: &Lookup) -> Option<Vec3> {
+        let relief = self.materials[point.material as usize].relief.as_ref()?;
+        Some(relief.normal(point.shading_normal, at, &self.chart(point, hit)))
+    }
+
+    /// The shading frame at a hit for a BSDF that has directions, about the point's shading normal.
+    #[inline(never)]
+    pub fn directed_frame(&self, point: &SurfacePoint, hit: &Hit) -> Frame {
+        let field = &self.materials[point.material as usize].tangent;
+        let position = self.center + point.position.as_dvec3();
+        field.frame(position, point.shading_normal, || self.chart(point, hit), || self.lookup(point, hit))
     }
 
     /// Where textures are looked up at a hit, as a point.
@@ -240,12 +246,10 @@ impl Scene {
         surface::lookup_over(&self.placements[hit.id.instance as usize], point, hit, wo, width)
     }
 
-    /// The shading frame at a hit for a BSDF that has directions, about the point's shading normal.
-    #[inline(never)]
-    pub fn directed_frame(&self, point: &SurfacePoint, hit: &Hit) -> Frame {
-        let field = &self.materials[point.material as usize].tangent;
-        let position = self.center + point.position.as_dvec3();
-        field.frame(position, point.shading_normal, || self.chart(point, hit), || self.lookup(point, hit))
+    /// The point of the smooth surface that a mesh's vertex normals stand for, where that lies above the facet on a side, 1 or
+    /// -1 (the back).
+    pub(crate) fn lifted(&self, point: &SurfacePoint, hit: &Hit, side: f32) -> Option<Vec3> {
+        surface::lifted(&self.placements[hit.id.instance as usize], point, hit, side)
     }
 
     /// Texture coordinates of a hit.

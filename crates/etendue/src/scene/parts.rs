@@ -1,7 +1,7 @@
 //! All that a scene is built from: plain records with f64 transforms.
 
 use crate::{
-    light::RadianceMap,
+    light::{RadianceMap, atmosphere::Atmosphere},
     material::Material,
     math::{DAffine3, DMat3, DVec3},
     medium::Medium,
@@ -111,6 +111,21 @@ pub enum Environment {
         orientation: DMat3,
         /// Multiplies the image.
         strength: Spectrum,
+    },
+    /// A clear sky, computed; see [`atmosphere`](crate::light::atmosphere).
+    Sky {
+        /// Towards the sun, of any length but 0.
+        sun: DVec3,
+        /// Straight up, of any length but 0.
+        up: DVec3,
+        /// The air and the ground.
+        atmosphere: Atmosphere,
+        /// Multiplies all light.
+        strength: Spectrum,
+        /// Half of the angle that the sun is seen under, radians, above 0 up to pi / 2; its irradiance does not depend on it.
+        sun_radius: f64,
+        /// False leaves the disk of the sun out, but not the light that it gives to sky and ground.
+        sun_disk: bool,
     },
 }
 
