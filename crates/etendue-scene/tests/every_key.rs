@@ -76,6 +76,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "form") => "\"normalised\"",
         ("[materials.NAME]", "metal") => "\"gold\"",
         ("[materials.NAME]", "ior") => "1.25",
+        ("[materials.NAME]", "interior") => "\"milk\"",
+        ("[materials.NAME]", "priority") => "-3",
         ("[materials.NAME]", "opacity" | "alpha" | "specular" | "transmission") => "0.5",
         ("[materials.NAME]", "exponent" | "transmission_exponent") => "50",
         ("[materials.NAME]", "metallic" | "roughness" | "anisotropic" | "coat" | "coat_roughness") => "0.25",
@@ -120,6 +122,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[[lights]]", _) => "[1, 2, 3]",
         ("[[objects]]", "name") => "\"thing\"",
         ("[[objects]]", "material") => "\"m\"",
+        ("[[objects]]", "materials") => "{ \"of the file\" = \"m\" }",
         ("[[objects]]", "transform") => "[{ scale = 2 }, { translate = [1, 2, 3] }]",
         ("[[objects]]", "mesh") => "\"m\"",
         ("[[objects]]", "file") => "\"a.obj\"",
@@ -289,7 +292,11 @@ fn materials() {
         assert!(matches!(&material.relief, Some(Relief::Normals { scale: 0.5, .. })));
         let direction = Tangent::Radial { center: DVec3::new(1.0, 2.0, 3.0), axis: None };
         assert_eq!(material.tangent, TangentField { direction, rotation: 90f32.to_radians().into() });
+        assert_eq!((material.interior.as_deref(), material.priority), (Some("milk"), Some(-3)));
     }
+    let boundary = &all_keys("[materials.NAME]", "[materials.m]", "type", "boundary", &[]).materials[0].material;
+    assert_eq!((boundary.scattering.clone(), &boundary.opacity), (Scattering::Black, &0.0.into()));
+    assert_eq!((boundary.interior.as_deref(), boundary.priority), (Some("milk"), Some(-3)));
     let scene = all_keys(
         "[materials.NAME]",
         "[materials.m]",
@@ -475,8 +482,8 @@ fn transform() -> UvTransform {
 #[test]
 fn objects() {
     for (name, left_out) in [
-        ("mesh", &["file", "crease_angle"][..]),
-        ("mesh", &["mesh"]),
+        ("mesh", &["file", "crease_angle", "materials"][..]),
+        ("mesh", &["mesh", "materials"]),
         ("sphere", &[]),
         ("rectangle", &["size"]),
         ("rectangle", &["corner", "u", "v"]),
@@ -488,6 +495,9 @@ fn objects() {
         assert_eq!(object.transform.len(), 2);
         assert_eq!(object.material.as_ref().unwrap().value, "m");
     }
+    let scene = all_keys("[[objects]]", "[[objects]]", "shape", "mesh", &["mesh", "material"]);
+    let [of_file, of_scene] = &scene.objects[0].materials[0];
+    assert_eq!((&of_file.value[..], &of_scene.value[..]), ("of the file", "m"));
     let scene = read("[[objects]]\nshape = \"box\"\nsize = 2\n[[objects]]\nshape = \"box\"\nsize = [1, 2, 3]");
     assert!(matches!(scene.objects[0].shape, ShapeRecord::Box { max, .. } if max == DVec3::ONE));
     assert!(matches!(scene.objects[1].shape, ShapeRecord::Box { max, .. } if max == DVec3::new(0.5, 1.0, 1.5)));

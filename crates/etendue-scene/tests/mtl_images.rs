@@ -278,7 +278,7 @@ fn names_with_a_meaning() {
     let (library, sources) = library("newmtl GlobalScatter\nKd 1\nn 0.5\n");
     let said: Vec<_> = library.findings.iter().map(|d| d.one_line(&sources)).collect();
     let expected =
-        "m.mtl:1:1: warning: `GlobalScatter` stands for a scattering medium, which is not rendered (1 material)";
+        "m.mtl:1:1: note: `GlobalScatter` stands for a medium, which scripts fill the world with (1 material)";
     assert_eq!(said, [expected]);
 }
 
