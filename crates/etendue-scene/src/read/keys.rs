@@ -152,6 +152,7 @@ pub static MATERIAL: Section = Section {
         all("bump"),
         all("normal_map"),
         all("normal_scale"),
+        all("normal_y"),
         all("tangent"),
         of("reflectance", &["diffuse", "mirror", "brushed-metal"]),
         of("transmittance", &["diffuse"]),
