@@ -10,7 +10,7 @@ use etendue::{
     sampling::{Filter, Sampler},
     scene::{DeltaLight, Mesh},
     spectrum::Spectrum,
-    texture::{Mapping, Transfer},
+    texture::{Texture, Transfer},
     tonemap::DisplayTransform,
 };
 use etendue_accel::AcceleratorKind;
@@ -320,15 +320,16 @@ pub struct MaterialRecord {
     pub origin: Origin,
 }
 
-/// An image on a surface, by its file.
+/// A texture whose images are names of files.
+pub type TextureRecord = Texture<ImageRecord>;
+
+/// An image by its file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TextureRecord {
+pub struct ImageRecord {
     /// The file; relative to [`SceneDescription::folder`], or in a material library to the library's folder.
     pub file: Located<PathBuf>,
     /// What stored colour means; absent: sRGB where a colour is wanted, linear where data is.
     pub transfer: Option<Transfer>,
-    /// How texture coordinates become texels, and texels values.
-    pub mapping: Mapping,
 }
 
 /// Shared geometry.

@@ -32,6 +32,7 @@ pub mod stl;
 pub mod sun_position;
 mod text;
 pub mod value;
+mod vertex_colors;
 mod weld;
 mod write_toml;
 

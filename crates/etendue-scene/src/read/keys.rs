@@ -196,22 +196,46 @@ pub static TANGENT: Section = Section {
     ],
 };
 
-/// An image on surfaces.
+/// Types of textures that are placed by texture coordinates, or computed at points.
+const PLACED: &[&str] = &["image", "checker", "grid", "noise", "wood", "marble", "gradient"];
+/// Those of two colours.
+const TWO_COLORS: &[&str] = &["checker", "grid", "noise", "wood", "marble", "mix", "multiply"];
+
+/// A function over surfaces.
 pub static TEXTURE: Section = Section {
     name: "[textures.NAME]",
     keys: &[
-        all("file"),
-        all("encoding"),
+        all("type"),
+        of("file", &["image"]),
+        of("encoding", &["image"]),
         all("channel"),
-        all("filter"),
-        all("wrap"),
-        all("scale"),
-        all("rotate"),
-        all("offset"),
+        of("filter", &["image"]),
+        of("wrap", &["image"]),
+        of("coordinates", &["checker", "grid", "noise", "wood", "marble", "gradient"]),
+        of("scale", PLACED),
+        of("rotate", PLACED),
+        of("offset", PLACED),
         all("gain"),
         all("base"),
+        of("color1", TWO_COLORS),
+        of("color2", TWO_COLORS),
+        of("weight", &["mix"]),
+        of("width", &["grid"]),
+        of("octaves", &["noise"]),
+        of("roughness", &["noise"]),
+        of("turbulence", &["noise"]),
+        of("distortion", &["wood", "marble"]),
+        of("axis", &["wood", "marble"]),
+        of("seed", &["noise", "wood", "marble"]),
+        of("stops", &["gradient"]),
+        of("radial", &["gradient"]),
+        of("from", &["gradient"]),
+        of("to", &["gradient"]),
     ],
 };
+
+/// A colour of a gradient.
+pub static STOP: Section = Section { name: "a stop", keys: &[all("at"), all("color")] };
 
 /// A parameter that varies over the surface.
 pub static PARAMETER: Section =
@@ -226,7 +250,15 @@ pub static EMISSION: Section = Section { name: "emission", keys: &[all("radiance
 /// Geometry to be shared.
 pub static MESH: Section = Section {
     name: "[meshes.NAME]",
-    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs"), all("crease_angle")],
+    keys: &[
+        all("file"),
+        all("positions"),
+        all("indices"),
+        all("normals"),
+        all("uvs"),
+        all("colors"),
+        all("crease_angle"),
+    ],
 };
 
 /// A thing in the scene.
@@ -280,7 +312,7 @@ pub static LIGHT: Section = Section {
 };
 
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 20] = [
+pub static SECTIONS: [&Section; 21] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -290,6 +322,7 @@ pub static SECTIONS: [&Section; 20] = [
     &ACCELERATOR,
     &ENVIRONMENT,
     &TEXTURE,
+    &STOP,
     &MATERIAL,
     &PARAMETER,
     &TEXTURE_REFERENCE,

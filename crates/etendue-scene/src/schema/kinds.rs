@@ -1,7 +1,8 @@
 //! What values each key of a scene file takes.
 
 use crate::read::{
-    Bounds, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, SEGMENTS, SUN_SIZES, TURBIDITIES, ZONES,
+    Bounds, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS, PATTERNS, SEGMENTS, SUN_SIZES,
+    TURBIDITIES, ZONES,
     keys::{self, Section},
 };
 use etendue::{
@@ -10,7 +11,7 @@ use etendue::{
     integrator::Integrator,
     render::MAX_SPP,
     sampling::{Filter, Sampler},
-    texture::{Channel, Filtering, Wrap},
+    texture::{Channel, Filtering, MAX_OCTAVES, Wrap},
     tonemap::{Encoding, ToneCurve},
 };
 
@@ -98,6 +99,7 @@ pub fn kind(section: &str, key: &str) -> Option<Kind> {
         "[accelerator]" => accelerator(key),
         "[environment]" => environment(key),
         "[textures.NAME]" => texture(key),
+        "a stop" => stop(key),
         "[materials.NAME]" => material(key),
         "a textured parameter" => textured(key),
         "normal_map" => textured(key).filter(|_| key != "factor"),
@@ -227,13 +229,33 @@ fn environment(key: &str) -> Option<Kind> {
 
 fn texture(key: &str) -> Option<Kind> {
     Some(match key {
+        "type" => Kind::Choice(PATTERNS.map(|(name, _)| name).to_vec()),
         "file" => Name,
         "encoding" => choice(&["srgb", "linear"]),
         "channel" => all(&Channel::ALL, Channel::name),
         "filter" => all(&Filtering::ALL, Filtering::name),
         "wrap" => pair(all(&Wrap::ALL, Wrap::name)),
-        "scale" | "offset" => pair(Number(FAR)),
+        "coordinates" => choice(&["uv", "object"]),
+        "scale" | "offset" => Kind::Any(vec![Number(FAR), Kind::Array(Box::new(Number(FAR)), 2, 3)]),
+        "color1" | "color2" => colours(Bounds::LIGHT),
+        "weight" => numbers(Bounds::UNIT),
+        "width" | "roughness" => Number(Bounds::UNIT),
+        "octaves" => Integer(1, MAX_OCTAVES.into()),
+        "turbulence" | "radial" => Boolean,
+        "distortion" => Number(Bounds::within(0.0, 100.0)),
+        "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
+        "seed" => Integer(0, u32::MAX.into()),
+        "stops" => Kind::Array(Box::new(Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::STOP)])), 1, MAX_STOPS),
+        "from" | "to" => Kind::Array(Box::new(Number(FAR)), 2, 3),
         "rotate" | "gain" | "base" => Number(FAR),
+        _ => return None,
+    })
+}
+
+fn stop(key: &str) -> Option<Kind> {
+    Some(match key {
+        "at" => Number(Bounds::UNIT),
+        "color" => Colour(Bounds::LIGHT),
         _ => return None,
     })
 }
@@ -321,6 +343,7 @@ fn mesh(key: &str) -> Option<Kind> {
         "indices" => list(Kind::Array(Box::new(Integer(0, u32::MAX.into())), 3, 4)),
         "normals" => list(array(Number(Bounds::within(-1e3, 1e3)), 3)),
         "uvs" => list(array(Number(FAR), 2)),
+        "colors" => list(Colour(Bounds::UNIT)),
         "crease_angle" => crease_angle(),
         _ => return None,
     })

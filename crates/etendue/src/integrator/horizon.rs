@@ -40,22 +40,22 @@ pub(super) struct Horizon {
 }
 
 impl Horizon {
-    /// The horizon of a point seen from `wo`, whose shading normal becomes the one to be used. `transmits` where light passes
-    /// through the surface: such points are not lifted.
+    /// The horizon of a point seen from `wo`, whose shading normal becomes the one to be used; `relief` is that of bumps.
+    /// `transmits` where light passes through the surface: such points are not lifted.
     #[inline]
     pub fn new(
         context: &Context,
         point: &mut SurfacePoint,
         hit: &Hit,
         wo: Vec3,
-        has_relief: bool,
+        relief: Option<Vec3>,
         transmits: bool,
     ) -> Self {
         let true_normal = point.geometric_normal;
-        if !has_relief && point.shading_normal == true_normal {
+        if relief.is_none() && point.shading_normal == true_normal {
             return Self { base: true_normal, roughness: 0.0, lifted: None };
         }
-        Self::of_tilted(context, point, hit, wo, has_relief, transmits)
+        Self::of_tilted(context, point, hit, wo, relief, transmits)
     }
 
     // Kept out of the loop over vertices, most of which are flat or exact spheres.
@@ -65,19 +65,19 @@ impl Horizon {
         point: &mut SurfacePoint,
         hit: &Hit,
         wo: Vec3,
-        has_relief: bool,
+        relief: Option<Vec3>,
         transmits: bool,
     ) -> Self {
         let side = 1f32.copysign(wo.dot(point.geometric_normal));
         let smooth = point.shading_normal;
-        let detailed = if has_relief { context.scene.detailed_normal(point, hit) } else { smooth };
+        let detailed = relief.unwrap_or(smooth);
         let is_coarse = smooth.dot(point.geometric_normal) < SMOOTH;
         let lifted = if is_coarse && !transmits { context.scene.lifted(point, hit, side) } else { None };
         let base = match lifted {
             Some(_) => facing(smooth, point.geometric_normal, wo, side),
             None => point.geometric_normal,
         };
-        let roughness = if has_relief { squared_roughness(smooth.dot(detailed)) } else { 0.0 };
+        let roughness = relief.map_or(0.0, |normal| squared_roughness(smooth.dot(normal)));
         point.shading_normal = bent(detailed * side, base * side, wo) * side;
         Self { base, roughness, lifted }
     }

@@ -83,6 +83,7 @@ pub(super) fn shade<const MEDIA: bool>(
         return;
     }
     let point = context.scene.surface_point(&ray, &hit);
+    paths.cones[path] = paths.cones[path].advanced(hit.t);
     let meeting = if MEDIA { meet(context, paths, path, &point) } else { Meeting::PLAIN };
     if meeting.hidden || passes_through(context, paths, path, &hit, &point) {
         go_on::<MEDIA>(context, paths, path, &point);
@@ -90,7 +91,8 @@ pub(super) fn shade<const MEDIA: bool>(
     }
     let wo = -Vec3::from(ray.direction);
     let mut textured = Bsdf::Black;
-    let vertex = Vertex::new(context, point, &hit, wo, meeting.surroundings, &mut textured);
+    let seen = Seen { wo, width: paths.cones[path].width, surroundings: meeting.surroundings };
+    let vertex = Vertex::new(context, point, &hit, seen, &mut textured);
     if context.wants_layers && paths.progress[path].depth == 1 {
         paths.first[path] = first_hit(context, &vertex, &hit);
     }
@@ -111,6 +113,17 @@ pub(super) fn shade<const MEDIA: bool>(
     paths.progress[path].alive = scatter::<MEDIA>(context, paths, path, &vertex);
 }
 
+/// How a path looks at a surface.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Unit, towards where the path comes from.
+    wo: Vec3,
+    /// Diameter of the path's cone, metres.
+    width: f32,
+    /// Index of refraction around the body, for one that has its own; else 1.
+    surroundings: f32,
+}
+
 /// A surface point with its scattering, seen from `wo`.
 pub(super) struct Vertex<'a> {
     pub point: SurfacePoint,
@@ -123,31 +136,27 @@ pub(super) struct Vertex<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// Where parameters have textures, or `surroundings` an index of refraction other than 1, the BSDF is made for this point
-    /// and kept in `textured`.
+    /// Where parameters have textures, or the surroundings an index of refraction other than 1, the BSDF is made for this
+    /// point and kept in `textured`.
     #[inline]
     fn new(
         context: &Context<'a>,
         mut point: SurfacePoint,
         hit: &Hit,
-        wo: Vec3,
-        surroundings: f32,
+        Seen { wo, width, surroundings }: Seen,
         textured: &'a mut Bsdf,
     ) -> Self {
-        let plain = context.scene.bsdf(point.material);
-        let bsdf = match plain {
-            _ if surroundings != 1.0 => {
-                *textured = context.scene.bsdf_within(&point, hit, surroundings);
-                textured
-            }
-            Some(bsdf) => bsdf,
-            None => {
-                *textured = context.scene.bsdf_at(&point, hit);
+        let mut relief = None;
+        let bsdf = match context.scene.bsdf(point.material) {
+            Some(bsdf) if surroundings == 1.0 => bsdf,
+            _ => {
+                let at = context.scene.lookup_over(&point, hit, wo, width);
+                relief = context.scene.detailed_normal(&point, hit, &at);
+                *textured = context.scene.bsdf_within(&point, &at, surroundings);
                 textured
             }
         };
-        let has_relief = plain.is_none() && context.scene.has_relief(&point);
-        let horizon = Horizon::new(context, &mut point, hit, wo, has_relief, bsdf.transmits());
+        let horizon = Horizon::new(context, &mut point, hit, wo, relief, bsdf.transmits());
         let frame = frame(context, &point, hit, bsdf);
         let local_wo = frame.to_local(wo);
         Self { point, bsdf, frame, wo, local_wo, horizon }
@@ -199,9 +208,10 @@ impl<'a> Vertex<'a> {
 }
 
 /// What layers keep of a surface that is seen from `wo`, for integrators that do not scatter there.
-pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3) -> FirstHit {
+pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> FirstHit {
     let mut textured = Bsdf::Black;
-    first_hit(context, &Vertex::new(context, point, hit, wo, 1.0, &mut textured), hit)
+    let seen = Seen { wo, width, surroundings: 1.0 };
+    first_hit(context, &Vertex::new(context, point, hit, seen, &mut textured), hit)
 }
 
 /// The local frame: where a BSDF has directions, they are those of the material's field.
@@ -303,7 +313,7 @@ fn add_emission<const MEDIA: bool>(
     let weight = in_medium.unwrap_or_else(|| found_weight(strategy, *density, by_light));
     let radiance = match &emission.radiance.texture {
         None => emission.radiance.factor,
-        Some(_) => emission.at(context.scene.texture_coordinates(&vertex.point, hit)),
+        Some(_) => emission.at(&context.scene.lookup(&vertex.point, hit)),
     };
     paths.radiance[path] += paths.throughput[path] * radiance * weight;
 }
@@ -382,6 +392,9 @@ fn scatter<const MEDIA: bool>(context: &Context, paths: &mut Paths, path: usize,
         return false;
     }
     paths.previous[path] = Previous { context: vertex.light_context(), density: sample.density };
+    if context.scene.filters_textures() {
+        paths.cones[path] = paths.cones[path].scattered(sample.density);
+    }
     if MEDIA {
         paths.bodies[path] = vertex.bodies_towards(context, &paths.bodies[path], wi, sample.wi);
         paths.flown[path] = Flown::NONE;

@@ -22,6 +22,9 @@ pub struct Mesh {
     pub normals: Option<Arc<[[f32; 3]]>>,
     /// Texture coordinates, one a vertex.
     pub uvs: Option<Arc<[[f32; 2]]>>,
+    /// Colours, linear, with their opacity, each in [0, 1], one a vertex; for textures of
+    /// [vertex colours](crate::texture::Pattern::VertexColor).
+    pub colors: Option<Arc<[[f32; 4]]>>,
     /// Index into [`Object::materials`], one a face; absent: all 0.
     pub face_materials: Option<Arc<[u32]>>,
 }

@@ -2,4 +2,6 @@
 
 #![allow(clippy::disallowed_methods)]
 
+mod flights;
+mod grids;
 mod phase;
