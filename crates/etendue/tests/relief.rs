@@ -140,6 +140,7 @@ fn displaced(height: f64, half: f64) -> Shape {
         indices: faces.collect(),
         normals: Some(corners.iter().map(|c| c.1.as_vec3().to_array()).collect()),
         uvs: None,
+        colors: None,
         face_materials: None,
     })
 }

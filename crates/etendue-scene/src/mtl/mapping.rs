@@ -183,12 +183,7 @@ fn relief(record: &Record, note: Note) -> Option<Relief<TextureRecord>> {
 }
 
 fn normals(map: &Map) -> Relief<TextureRecord> {
-<<<<<<< HEAD
-    let texture = TextureRecord { transfer: Some(Transfer::Linear), ..map.texture.clone() };
-    Relief::Normals { map: texture, scale: [map.bump; 2] }
-=======
-    Relief::Normals { map: map.data(), scale: map.bump }
->>>>>>> main
+    Relief::Normals { map: map.data(), scale: [map.bump; 2] }
 }
 
 /// Some programs write maps of normals as `map_Bump`.

@@ -4,9 +4,9 @@ use super::{cases, double, samples};
 use etendue::{
     light::{
         ConstantEnvironment, DirectionalLight, ImageEnvironment, Light, LightContext, PointLightSource, RadianceMap,
-        RectangleLight, SphereLight, SpotLight, TriangleLight,
+        RectangleLight, SphereLight, SpotLight, SunSky, TriangleLight,
     },
-    math::{DMat3, Vec3},
+    math::{DMat3, DVec3, Vec3},
     spectrum::Spectrum,
 };
 use etendue_testkit::Rng;
@@ -54,7 +54,7 @@ fn ugly_light(rng: &mut Rng) -> Light {
     let radiance = Spectrum::ONE;
     let two_sided = one_in(2, rng);
     let [a, b, c, d] = [(); 4].map(|()| ugly_vector(rng));
-    match rng.u32() % 8 {
+    match rng.u32() % 9 {
         0 => Light::Triangle(TriangleLight { vertices: [a, b, c], radiance, two_sided }),
         1 => Light::Rectangle(RectangleLight { corner: a, u: b, v: c, radiance, two_sided }),
         2 => Light::Sphere(SphereLight { center: a, axes: [b, c, d], radiance, two_sided }),
