@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod gallery;
 mod hygiene;
 mod prove;
 mod test;
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let ok = match args[..] {
         ["test"] => test::run(),
+        ["gallery", ref rest @ ..] => gallery::run(rest),
         ["prove"] => prove::list(),
         ["prove", name] if !name.starts_with('-') => prove::run(name),
         ["--help" | "-h" | "help"] => {

@@ -81,6 +81,7 @@ fn tell_losses(format: MeshOutputFormat, mesh: &MeshFile) {
         ("spheres", !mesh.spheres.is_empty() && format != MeshOutputFormat::Obj),
         ("normals", mesh.mesh.normals.is_some() && is_stl),
         ("texture coordinates", mesh.mesh.uvs.is_some() && is_stl),
+        ("vertex colours", mesh.mesh.colors.is_some() && is_stl),
     ];
     let lost: Vec<&str> = lost.iter().filter(|(_, lost)| *lost).map(|(what, _)| *what).collect();
     if !lost.is_empty() {

@@ -1,7 +1,7 @@
 //! A scene as it was written down: plain named records, each with its origin. Nothing is built and no file but the scene
 //! file has been read.
 
-use crate::Origin;
+use crate::{Origin, sun_position::Moment};
 use etendue::{
     film::Aov,
     integrator::Integrator,
@@ -10,7 +10,7 @@ use etendue::{
     sampling::{Filter, Sampler},
     scene::{DeltaLight, Mesh},
     spectrum::Spectrum,
-    texture::{Mapping, Transfer},
+    texture::{Texture, Transfer},
     tonemap::DisplayTransform,
 };
 use etendue_accel::AcceleratorKind;
@@ -79,6 +79,54 @@ pub enum EnvironmentRecord {
         /// Where up is.
         up: UpAxis,
     },
+    /// A clear sky, computed.
+    Sky(SkyRecord),
+}
+
+/// A clear sky with its sun.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyRecord {
+    /// Where the sun is.
+    pub sun: SunRecord,
+    /// Where up is.
+    pub up: UpAxis,
+    /// Where north is; not along the up axis. Absent: -z where y is up, y where z is.
+    pub north: Option<DVec3>,
+    /// Molecules and aerosol over molecules alone.
+    pub turbidity: f64,
+    /// Reflectance of the ground.
+    pub ground: Spectrum,
+    /// Multiplies all light.
+    pub strength: Spectrum,
+    /// Half of the angle that the sun is seen under, degrees.
+    pub sun_size: f64,
+    /// True if the sun can be seen and throws shadows.
+    pub sun_disk: bool,
+    /// Where the table is.
+    pub origin: Origin,
+}
+
+/// Where the sun is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SunRecord {
+    /// Towards it, of any length but 0.
+    Direction(DVec3),
+    /// Degrees.
+    Angles {
+        /// Above the horizon.
+        elevation: f64,
+        /// Clockwise from north, as on a compass.
+        azimuth: f64,
+    },
+    /// Where it is seen from a place on Earth at some time.
+    Moment {
+        /// When.
+        moment: Moment,
+        /// Degrees north.
+        latitude: f64,
+        /// Degrees east.
+        longitude: f64,
+    },
 }
 
 /// The axis that points up.
@@ -94,6 +142,14 @@ pub enum UpAxis {
 impl UpAxis {
     /// Both axes.
     pub const ALL: [Self; 2] = [Self::Y, Self::Z];
+
+    /// The axis.
+    pub fn direction(self) -> DVec3 {
+        match self {
+            Self::Y => DVec3::Y,
+            Self::Z => DVec3::Z,
+        }
+    }
 
     /// As in files and on the command line.
     pub fn name(self) -> &'static str {
@@ -264,15 +320,16 @@ pub struct MaterialRecord {
     pub origin: Origin,
 }
 
-/// An image on a surface, by its file.
+/// A texture whose images are names of files.
+pub type TextureRecord = Texture<ImageRecord>;
+
+/// An image by its file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TextureRecord {
+pub struct ImageRecord {
     /// The file; relative to [`SceneDescription::folder`], or in a material library to the library's folder.
     pub file: Located<PathBuf>,
     /// What stored colour means; absent: sRGB where a colour is wanted, linear where data is.
     pub transfer: Option<Transfer>,
-    /// How texture coordinates become texels, and texels values.
-    pub mapping: Mapping,
 }
 
 /// Shared geometry.

@@ -43,7 +43,9 @@ impl Import {
         let mut textures = BTreeSet::new();
         for named in &file.materials {
             named.material.map_textures(&mut |record, _| -> Option<()> {
-                textures.insert(record.file.value.clone());
+                let mut images = Vec::new();
+                record.images(&mut images);
+                textures.extend(images.iter().map(|image| image.file.value.clone()));
                 None
             });
         }
@@ -111,6 +113,7 @@ pub fn type_name<C, N>(scattering: &Scattering<C, N>) -> &'static str {
         Scattering::Glass { .. } => "glass",
         Scattering::RoughMetal { .. } => "rough-metal",
         Scattering::RoughGlass { .. } => "rough-glass",
+        Scattering::BrushedMetal { .. } => "brushed-metal",
         Scattering::Mtl { .. } => "mtl",
         Scattering::Phong(_) => "phong",
         Scattering::Principled(_) => "principled",

@@ -30,8 +30,10 @@ pub mod schema;
 pub mod script;
 pub mod source;
 pub mod stl;
+pub mod sun_position;
 mod text;
 pub mod value;
+mod vertex_colors;
 mod weld;
 mod write_toml;
 

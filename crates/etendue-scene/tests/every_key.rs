@@ -1,8 +1,8 @@
 //! Every key of every type reads, and a description holds what was written.
 
 use etendue::{
-    bsdf::{PhongLobes, PrincipledParameters},
-    material::{Relief, Scattering},
+    bsdf::{GrooveForm, PhongLobes, PrincipledParameters},
+    material::{Relief, Scattering, Tangent, TangentField},
     math::DVec3,
     scene::DeltaLight,
     spectrum::Spectrum,
@@ -11,10 +11,11 @@ use etendue::{
 use etendue_scene::{
     SourceMap,
     description::{
-        Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, Step, UpAxis,
-        View,
+        Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, SkyRecord, Step,
+        SunRecord, UpAxis, View,
     },
     read_toml,
+    sun_position::Moment,
 };
 use std::path::Path;
 
@@ -68,6 +69,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "bump") => "{ file = \"h.png\", factor = 0.01 }",
         ("[materials.NAME]", "normal_map") => "{ file = \"n.png\" }",
         ("[materials.NAME]", "normal_scale") => "0.5",
+        ("[materials.NAME]", "tangent") => "{ type = \"radial\", center = [1, 2, 3], rotation = 90 }",
+        ("[materials.NAME]", "form") => "\"normalised\"",
         ("[materials.NAME]", "metal") => "\"gold\"",
         ("[materials.NAME]", "ior") => "1.25",
         ("[materials.NAME]", "opacity" | "alpha" | "specular" | "transmission") => "0.5",
@@ -79,6 +82,13 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[environment]", "image") => "\"sky.hdr\"",
         ("[environment]", "rotation") => "-30",
         ("[environment]", "up") => "\"z\"",
+        ("[environment]", "elevation" | "azimuth") => "-12.5",
+        ("[environment]", "date") => "2024-02-29",
+        ("[environment]", "time") => "\"14:30:15\"",
+        ("[environment]", "utc_offset" | "turbidity") => "2",
+        ("[environment]", "latitude" | "longitude") => "50.25",
+        ("[environment]", "ground" | "sun_size") => "0.5",
+        ("[environment]", "sun_disk") => "false",
         ("[environment]", _) => "[1, 2, 3]",
         ("[[lights]]", "position" | "direction") => "[1, 2, 3]",
         ("[[lights]]", "target") => "[1, 2, 5]",
@@ -183,6 +193,23 @@ fn environments() {
     assert_eq!(environment("gradient"), gradient);
     let EnvironmentRecord::Image { file, strength, rotation, up } = environment("image") else { panic!() };
     assert_eq!((file.value.as_path(), strength, rotation, up), (Path::new("sky.hdr"), colour, -30.0, UpAxis::Z));
+    // Skies, by each way to place the sun.
+    let moments = ["date", "time", "utc_offset", "latitude", "longitude"];
+    let sky = |left_out: &[&str]| match all_keys("[environment]", "[environment]", "type", "sky", left_out).environment
+    {
+        Some(EnvironmentRecord::Sky(record)) => record,
+        other => panic!("{other:?}"),
+    };
+    let SkyRecord { sun, up, north, turbidity, ground, strength, sun_size, sun_disk, .. } =
+        sky(&[&moments[..], &["elevation", "azimuth"]].concat());
+    assert_eq!((sun, north), (SunRecord::Direction(DVec3::new(1.0, 2.0, 3.0)), Some(DVec3::new(1.0, 2.0, 3.0))));
+    assert_eq!((up, turbidity, sun_size, sun_disk), (UpAxis::Z, 2.0, 0.5, false));
+    assert_eq!((ground, strength), (Spectrum::splat(0.5), colour));
+    let angles = sky(&[&moments[..], &["sun"]].concat()).sun;
+    assert_eq!(angles, SunRecord::Angles { elevation: -12.5, azimuth: -12.5 });
+    let moment = Moment::new([2024, 2, 29], 12.0 * 3600.0 + 30.0 * 60.0 + 15.0).unwrap();
+    let seen = sky(&["sun", "elevation", "azimuth"]).sun;
+    assert_eq!(seen, SunRecord::Moment { moment, latitude: 50.25, longitude: 50.25 });
     // Without a type the other keys tell.
     let short = |text: &str| read(&format!("[environment]\n{text}")).environment.unwrap();
     let EnvironmentRecord::Image { strength, up: UpAxis::Y, .. } = short("image = \"a.exr\"") else { panic!() };
@@ -215,7 +242,18 @@ fn film_with_every_key() {
 
 #[test]
 fn materials() {
-    for name in ["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "phong", "principled", "black"] {
+    for name in [
+        "diffuse",
+        "mirror",
+        "glass",
+        "rough-metal",
+        "rough-glass",
+        "brushed-metal",
+        "mtl",
+        "phong",
+        "principled",
+        "black",
+    ] {
         let left_out: &[&str] = if name == "rough-metal" { &["bump", "metal"] } else { &["bump"] };
         let scene = all_keys("[materials.NAME]", "[materials.m]", "type", name, left_out);
         let material = &scene.materials[0].material;
@@ -223,6 +261,8 @@ fn materials() {
         let emission = material.emission.as_ref().unwrap();
         assert_eq!((&emission.radiance, emission.two_sided), (&Spectrum([1.0, 2.0, 3.0]).into(), true));
         assert!(matches!(&material.relief, Some(Relief::Normals { scale: 0.5, .. })));
+        let direction = Tangent::Radial { center: DVec3::new(1.0, 2.0, 3.0), axis: None };
+        assert_eq!(material.tangent, TangentField { direction, rotation: 90f32.to_radians().into() });
     }
     let scene = all_keys(
         "[materials.NAME]",
@@ -244,6 +284,38 @@ fn materials() {
     assert!((reflectance[2] - 0.215_86).abs() < 1e-5);
     assert_eq!(scene.materials[0].material.emission.as_ref().unwrap().radiance, Spectrum::splat(3.0).into());
     assert_eq!(scene.materials[1].material.name, "Z z");
+}
+
+#[test]
+fn direction_fields() {
+    let field = |text: &str| {
+        let scene = read(&format!("[materials.m]\ntype = \"brushed-metal\"\ntangent = {text}"));
+        scene.materials[0].material.tangent.clone()
+    };
+    let center = DVec3::new(1.0, 2.0, 3.0);
+    assert_eq!(field("\"uv\""), TangentField::default());
+    assert_eq!(field("{ rotation = -45 }").rotation, (-45f32).to_radians().into());
+    for (text, direction) in [
+        ("type = \"uv\"", Tangent::Uv),
+        ("type = \"constant\", direction = [0, 0, 2]", Tangent::Constant(DVec3::Z)),
+        ("type = \"constant\", direction = \"x\"", Tangent::Constant(DVec3::X)),
+        ("type = \"radial\", center = [1, 2, 3]", Tangent::Radial { center, axis: None }),
+        ("type = \"radial\", center = [1, 2, 3], axis = \"y\"", Tangent::Radial { center, axis: Some(DVec3::Y) }),
+        ("type = \"tangential\", center = [1, 2, 3]", Tangent::Tangential { center, axis: None }),
+        (
+            "type = \"tangential\", center = [1, 2, 3], axis = [3, 0, 0]",
+            Tangent::Tangential { center, axis: Some(DVec3::X) },
+        ),
+    ] {
+        let turned = field(&format!("{{ {text}, rotation = {{ file = \"turn.png\", factor = 180 }} }}"));
+        assert_eq!(turned.direction, direction);
+        assert_eq!(turned.rotation.factor, 180f32.to_radians());
+        assert!(turned.rotation.texture.is_some());
+    }
+    let scene = all_keys("[materials.NAME]", "[materials.m]", "type", "brushed-metal", &["bump"]);
+    let (reflectance, form) = (Spectrum([0.25, 0.5, 0.125]), GrooveForm::Normalised);
+    let metal = Scattering::BrushedMetal { reflectance, exponent: 50.0, form };
+    assert_eq!(scene.materials[0].material.scattering, metal.into());
 }
 
 #[test]

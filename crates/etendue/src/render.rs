@@ -7,7 +7,7 @@ use crate::{
     camera::{Camera, CameraError, CameraSettings},
     film::{Film, PixelRect},
     integrator::{
-        Integrator,
+        Integrator, bodies_about,
         wave::{Context, Counters, Wave},
     },
     sampling::{Filter, FilterSampler, Sampler},
@@ -102,6 +102,7 @@ pub struct RenderControl {
     total: AtomicU64,
     rays: AtomicU64,
     paths: AtomicU64,
+    overflowed: AtomicU64,
 }
 
 impl RenderControl {
@@ -130,9 +131,16 @@ impl RenderControl {
         self.paths.load(Ordering::Relaxed)
     }
 
+    /// Paths so far that lay in more than [`MAX_NESTED`](crate::scene::MAX_NESTED) bodies at once: what the others hold was
+    /// left out there.
+    pub fn overflowed(&self) -> u64 {
+        self.overflowed.load(Ordering::Relaxed)
+    }
+
     fn finish_unit(&self, samples: u64, counters: Counters) {
         self.rays.fetch_add(counters.rays, Ordering::Relaxed);
         self.paths.fetch_add(counters.paths, Ordering::Relaxed);
+        self.overflowed.fetch_add(counters.overflowed, Ordering::Relaxed);
         self.done.fetch_add(samples, Ordering::Relaxed);
     }
 }
@@ -155,6 +163,7 @@ pub fn render(
     let context = Context {
         scene,
         camera: &camera,
+        camera_bodies: bodies_about(scene, camera.origin()),
         filter: &filter,
         sampler: settings.sampler,
         seed: settings.seed,

@@ -111,6 +111,7 @@ pub fn read(path: &Path) -> Result<SceneInfo, Failure> {
         environment: parts.environment.as_ref().map(|environment| match environment {
             Environment::Constant(_) => "constant",
             Environment::Image { .. } => "image",
+            Environment::Sky { .. } => "sky",
         }),
         bounds: bounds(parts),
         memory: Memory { geometry: counts.bytes, textures: textures.iter().map(|t| t.bytes).sum() },

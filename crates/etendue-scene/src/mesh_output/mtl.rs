@@ -103,6 +103,13 @@ impl<W: Write> Writer<'_, W> {
                 let specular = Color { factor, texture: tint.texture };
                 self.lobes(&black, &specular, Some(&number("alpha", 0.1)), 2)
             }
+            Scattering::BrushedMetal { .. } => {
+                self.color("Kd", &black)?;
+                self.color("Ks", &color("reflectance"))?;
+                self.number("Ns", &number("exponent", 20.0))?;
+                writeln!(self.out, "illum 2")?;
+                Ok(())
+            }
             Scattering::Mtl { .. } => {
                 let refracts = color("transmission") != black;
                 let illum = if refracts { 7 } else { 2 };
@@ -161,7 +168,9 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn map(&mut self, key: &str, options: &str, texture: &TextureRecord) -> Result {
-        let file = self.folders.relative(&texture.file.value);
+        // Libraries have no words for others.
+        let Some(image) = texture.first_image() else { return Ok(()) };
+        let file = self.folders.relative(&image.file.value);
         writeln!(self.out, "{key} {options}{}", one_line(&file.to_string_lossy()))?;
         Ok(())
     }

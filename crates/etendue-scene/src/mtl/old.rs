@@ -6,11 +6,15 @@ use super::{
     mapping::{BUMP_HEIGHT, LAMP, lamp},
     record::Record,
 };
-use crate::{FileId, Span, description::TextureRecord, mesh_file::NamedMaterial};
+use crate::{
+    FileId, Span,
+    description::{ImageRecord, TextureRecord},
+    mesh_file::NamedMaterial,
+};
 use etendue::{
     material::{Material, Parameter, Relief, Scattering},
     spectrum::Spectrum,
-    texture::{Mapping, Transfer},
+    texture::Transfer,
 };
 
 /// What names the medium that fills the world.
@@ -55,7 +59,7 @@ impl OldMaterial {
         } else {
             (material.scattering, _) = dialect::material(record, &mut |_, _| {});
             if let Some(map) = record.map(Key::Bump) {
-                let height = Parameter { factor: BUMP_HEIGHT * map.bump, texture: Some(map.texture.clone()) };
+                let height = Parameter { factor: BUMP_HEIGHT * map.bump, texture: Some(map.texture()) };
                 material.relief = Some(Relief::Bump { height });
             }
         }
@@ -74,8 +78,8 @@ impl OldMaterial {
             used_as = OldUse::Medium { rate, albedo: Spectrum(record.colour(Key::Diffuse).unwrap_or_default()) };
         }
         let material = material.map_textures(&mut |texture: &TextureRecord, _| {
-            let (transfer, mapping) = (Some(Transfer::Linear), Mapping::default());
-            Some(TextureRecord { transfer, mapping, ..texture.clone() })
+            let as_stored = |image: &ImageRecord| ImageRecord { transfer: Some(Transfer::Linear), ..image.clone() };
+            texture.try_map(Transfer::Linear, &mut |image, _| Some(as_stored(image)))
         });
         let origin = Some(Span::new(file, record.place.clone()).into());
         let named = NamedMaterial { name: record.name.clone(), material: Box::new(material), origin };

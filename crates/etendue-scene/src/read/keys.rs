@@ -120,12 +120,25 @@ pub static ENVIRONMENT: Section = Section {
         all("type"),
         of("radiance", &["constant"]),
         of("image", &["image"]),
-        of("strength", &["image"]),
+        of("strength", &["image", "sky"]),
         of("rotation", &["image"]),
         of("top", &["gradient"]),
         of("horizon", &["gradient"]),
         of("bottom", &["gradient"]),
-        of("up", &["image", "gradient"]),
+        of("up", &["image", "gradient", "sky"]),
+        of("sun", &["sky"]),
+        of("elevation", &["sky"]),
+        of("azimuth", &["sky"]),
+        of("date", &["sky"]),
+        of("time", &["sky"]),
+        of("utc_offset", &["sky"]),
+        of("latitude", &["sky"]),
+        of("longitude", &["sky"]),
+        of("north", &["sky"]),
+        of("turbidity", &["sky"]),
+        of("ground", &["sky"]),
+        of("sun_size", &["sky"]),
+        of("sun_disk", &["sky"]),
     ],
 };
 
@@ -139,7 +152,8 @@ pub static MATERIAL: Section = Section {
         all("bump"),
         all("normal_map"),
         all("normal_scale"),
-        of("reflectance", &["diffuse", "mirror"]),
+        all("tangent"),
+        of("reflectance", &["diffuse", "mirror", "brushed-metal"]),
         of("transmittance", &["diffuse"]),
         of("ior", &["glass", "rough-glass", "mtl", "phong", "principled"]),
         of("reflection_tint", &["glass", "rough-glass"]),
@@ -152,7 +166,8 @@ pub static MATERIAL: Section = Section {
         of("alpha", &["rough-metal", "rough-glass", "mtl"]),
         of("diffuse", &["mtl", "phong"]),
         of("specular", &["mtl", "phong", "principled"]),
-        of("exponent", &["phong"]),
+        of("exponent", &["brushed-metal", "phong"]),
+        of("form", &["brushed-metal"]),
         of("diffuse_transmission", &["phong"]),
         of("transmission", &["mtl", "phong", "principled"]),
         of("transmission_exponent", &["phong"]),
@@ -168,22 +183,58 @@ pub static MATERIAL: Section = Section {
     ],
 };
 
-/// An image on surfaces.
+/// Directions over a surface.
+pub static TANGENT: Section = Section {
+    name: "tangent",
+    keys: &[
+        all("type"),
+        of("direction", &["constant"]),
+        of("center", &["radial", "tangential"]),
+        of("axis", &["radial", "tangential"]),
+        all("rotation"),
+    ],
+};
+
+/// Types of textures that are placed by texture coordinates, or computed at points.
+const PLACED: &[&str] = &["image", "checker", "grid", "noise", "wood", "marble", "gradient"];
+/// Those of two colours.
+const TWO_COLORS: &[&str] = &["checker", "grid", "noise", "wood", "marble", "mix", "multiply"];
+
+/// A function over surfaces.
 pub static TEXTURE: Section = Section {
     name: "[textures.NAME]",
     keys: &[
-        all("file"),
-        all("encoding"),
+        all("type"),
+        of("file", &["image"]),
+        of("encoding", &["image"]),
         all("channel"),
-        all("filter"),
-        all("wrap"),
-        all("scale"),
-        all("rotate"),
-        all("offset"),
+        of("filter", &["image"]),
+        of("wrap", &["image"]),
+        of("coordinates", &["checker", "grid", "noise", "wood", "marble", "gradient"]),
+        of("scale", PLACED),
+        of("rotate", PLACED),
+        of("offset", PLACED),
         all("gain"),
         all("base"),
+        of("color1", TWO_COLORS),
+        of("color2", TWO_COLORS),
+        of("weight", &["mix"]),
+        of("width", &["grid"]),
+        of("octaves", &["noise"]),
+        of("roughness", &["noise"]),
+        of("turbulence", &["noise"]),
+        of("distortion", &["wood", "marble"]),
+        of("axis", &["wood", "marble"]),
+        of("seed", &["noise", "wood", "marble"]),
+        of("stops", &["gradient"]),
+        of("radial", &["gradient"]),
+        of("from", &["gradient"]),
+        of("to", &["gradient"]),
     ],
 };
+
+/// A colour of a gradient.
+pub static STOP: Section = Section { name: "a stop", keys: &[all("at"), all("color")] };
 
 /// A parameter that varies over the surface.
 pub static PARAMETER: Section =
@@ -198,7 +249,15 @@ pub static EMISSION: Section = Section { name: "emission", keys: &[all("radiance
 /// Geometry to be shared.
 pub static MESH: Section = Section {
     name: "[meshes.NAME]",
-    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs"), all("crease_angle")],
+    keys: &[
+        all("file"),
+        all("positions"),
+        all("indices"),
+        all("normals"),
+        all("uvs"),
+        all("colors"),
+        all("crease_angle"),
+    ],
 };
 
 /// A thing in the scene.
@@ -253,7 +312,7 @@ pub static LIGHT: Section = Section {
 };
 
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 19] = [
+pub static SECTIONS: [&Section; 21] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -263,10 +322,12 @@ pub static SECTIONS: [&Section; 19] = [
     &ACCELERATOR,
     &ENVIRONMENT,
     &TEXTURE,
+    &STOP,
     &MATERIAL,
     &PARAMETER,
     &TEXTURE_REFERENCE,
     &EMISSION,
+    &TANGENT,
     &MESH,
     &OBJECT,
     &STEP,

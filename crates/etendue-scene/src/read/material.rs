@@ -2,12 +2,12 @@
 
 use super::{
     fields::{Fields, Item},
-    keys, texture,
+    keys, tangent, texture,
     values::Bounds,
 };
 use crate::{description::TextureRecord, diagnostic::Diagnostic, value::Data};
 use etendue::{
-    bsdf::{MIRROR_EXPONENT, PhongLobes, PrincipledParameters, metals},
+    bsdf::{GrooveForm, MIRROR_EXPONENT, PhongLobes, PrincipledParameters, metals},
     material::{Color, Emission, Material, Number, Relief, Scattering},
     spectrum::Spectrum,
 };
@@ -18,8 +18,9 @@ const DEFAULT_IOR: f32 = 1.5;
 const DEFAULT_ALPHA: f32 = 0.1;
 /// Components of a metal's complex index of refraction.
 const METAL: Bounds = Bounds::within(0.0, 100.0);
-/// Exponents of Phong's lobes.
+/// Exponents of lobes that are powers of a cosine.
 const EXPONENT: Bounds = Bounds::within(0.0, 1e9);
+const DEFAULT_EXPONENT: f32 = 20.0;
 /// Degrees.
 const ANGLE: Bounds = Bounds::within(-3600.0, 3600.0);
 
@@ -38,18 +39,20 @@ enum Kind {
     Glass,
     RoughMetal,
     RoughGlass,
+    BrushedMetal,
     Mtl,
     Phong,
     Principled,
     Black,
 }
 
-const KINDS: [(&str, Kind); 9] = [
+const KINDS: [(&str, Kind); 10] = [
     ("diffuse", Kind::Diffuse),
     ("mirror", Kind::Mirror),
     ("glass", Kind::Glass),
     ("rough-metal", Kind::RoughMetal),
     ("rough-glass", Kind::RoughGlass),
+    ("brushed-metal", Kind::BrushedMetal),
     ("mtl", Kind::Mtl),
     ("phong", Kind::Phong),
     ("principled", Kind::Principled),
@@ -67,6 +70,7 @@ pub fn material(item: Item, name: &str) -> Material<TextureRecord> {
     material.emission = fields.read("emission", emission);
     material.opacity = fields.read("opacity", |i| texture::number(i, Bounds::UNIT)).unwrap_or(1.0.into());
     material.relief = relief(&fields);
+    material.tangent = fields.read("tangent", tangent::tangent).unwrap_or_default();
     if let Err(error) = material.validate() {
         let origin = fields.key_origin(error.parameter()).unwrap_or(fields.origin);
         item.cx.push(Diagnostic::error(error.to_string()).at(origin.clone()));
@@ -126,6 +130,11 @@ fn scattering(fields: &Fields, kind: Kind) -> Option<Surface> {
             reflection_tint: albedo("reflection_tint", 1.0),
             transmission_tint: albedo("transmission_tint", 1.0),
         },
+        Kind::BrushedMetal => Scattering::BrushedMetal {
+            reflectance: albedo("reflectance", 1.0),
+            exponent: fields.read("exponent", |i| texture::number(i, EXPONENT)).unwrap_or(DEFAULT_EXPONENT.into()),
+            form: fields.read("form", |i| i.choice(&GrooveForm::ALL.map(|f| (f.name(), f)))).unwrap_or_default(),
+        },
         Kind::Mtl => Scattering::Mtl {
             diffuse: albedo("diffuse", 0.0),
             specular: albedo("specular", 0.0),
@@ -170,7 +179,7 @@ fn phong(fields: &Fields) -> PhongLobes<Color<TextureRecord>, Number<TextureReco
     PhongLobes {
         diffuse: p.color("diffuse", 0.0),
         specular: p.color("specular", 0.0),
-        exponent: p.number("exponent", EXPONENT, 20.0),
+        exponent: p.number("exponent", EXPONENT, DEFAULT_EXPONENT),
         diffuse_transmission: p.color("diffuse_transmission", 0.0),
         transmission: p.color("transmission", 0.0),
         transmission_exponent: p.number("transmission_exponent", EXPONENT, MIRROR_EXPONENT),

@@ -1,16 +1,17 @@
 //! What values each key of a scene file takes.
 
 use crate::read::{
-    Bounds, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, SEGMENTS,
+    Bounds, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS, PATTERNS, SEGMENTS, SUN_SIZES,
+    TURBIDITIES, ZONES,
     keys::{self, Section},
 };
 use etendue::{
-    bsdf::metals,
+    bsdf::{GrooveForm, metals},
     film::Aov,
     integrator::Integrator,
     render::MAX_SPP,
     sampling::{Filter, Sampler},
-    texture::{Channel, Filtering, Wrap},
+    texture::{Channel, Filtering, MAX_OCTAVES, Wrap},
     tonemap::{Encoding, ToneCurve},
 };
 
@@ -100,10 +101,12 @@ pub fn kind(section: &str, key: &str) -> Option<Kind> {
         "[accelerator]" => accelerator(key),
         "[environment]" => environment(key),
         "[textures.NAME]" => texture(key),
+        "a stop" => stop(key),
         "[materials.NAME]" => material(key),
         "a textured parameter" => textured(key),
         "normal_map" => textured(key).filter(|_| key != "factor"),
         "emission" => emission(key),
+        "tangent" => tangent(key),
         "[meshes.NAME]" => mesh(key),
         "[[objects]]" => object(key),
         "a step of transform" => step(key),
@@ -207,8 +210,18 @@ fn accelerator(key: &str) -> Option<Kind> {
 
 fn environment(key: &str) -> Option<Kind> {
     Some(match key {
-        "type" => choice(&["constant", "image", "gradient"]),
+        "type" => choice(&["constant", "image", "gradient", "sky"]),
         "radiance" | "strength" | "top" | "horizon" | "bottom" => Colour(Bounds::LIGHT),
+        "ground" => Colour(Bounds::UNIT),
+        "sun" | "north" => point(),
+        "elevation" | "latitude" => Number(LATITUDES),
+        "azimuth" => Number(FAR),
+        "longitude" => Number(LONGITUDES),
+        "date" | "time" => Name,
+        "utc_offset" => Number(ZONES),
+        "turbidity" => Number(TURBIDITIES),
+        "sun_size" => Number(SUN_SIZES),
+        "sun_disk" => Boolean,
         "image" => Name,
         "rotation" => Number(FAR),
         "up" => choice(&["y", "z"]),
@@ -218,27 +231,58 @@ fn environment(key: &str) -> Option<Kind> {
 
 fn texture(key: &str) -> Option<Kind> {
     Some(match key {
+        "type" => Kind::Choice(PATTERNS.map(|(name, _)| name).to_vec()),
         "file" => Name,
         "encoding" => choice(&["srgb", "linear"]),
         "channel" => all(&Channel::ALL, Channel::name),
         "filter" => all(&Filtering::ALL, Filtering::name),
         "wrap" => pair(all(&Wrap::ALL, Wrap::name)),
-        "scale" | "offset" => pair(Number(FAR)),
+        "coordinates" => choice(&["uv", "object"]),
+        "scale" | "offset" => Kind::Any(vec![Number(FAR), Kind::Array(Box::new(Number(FAR)), 2, 3)]),
+        "color1" | "color2" => colours(Bounds::LIGHT),
+        "weight" => numbers(Bounds::UNIT),
+        "width" | "roughness" => Number(Bounds::UNIT),
+        "octaves" => Integer(1, MAX_OCTAVES.into()),
+        "turbulence" | "radial" => Boolean,
+        "distortion" => Number(Bounds::within(0.0, 100.0)),
+        "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
+        "seed" => Integer(0, u32::MAX.into()),
+        "stops" => Kind::Array(Box::new(Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::STOP)])), 1, MAX_STOPS),
+        "from" | "to" => Kind::Array(Box::new(Number(FAR)), 2, 3),
         "rotate" | "gain" | "base" => Number(FAR),
+        _ => return None,
+    })
+}
+
+fn stop(key: &str) -> Option<Kind> {
+    Some(match key {
+        "at" => Number(Bounds::UNIT),
+        "color" => Colour(Bounds::LIGHT),
         _ => return None,
     })
 }
 
 fn material(key: &str) -> Option<Kind> {
     Some(match key {
-        "type" => {
-            choice(&["diffuse", "mirror", "glass", "rough-metal", "rough-glass", "mtl", "phong", "principled", "black"])
-        }
+        "type" => choice(&[
+            "diffuse",
+            "mirror",
+            "glass",
+            "rough-metal",
+            "rough-glass",
+            "brushed-metal",
+            "mtl",
+            "phong",
+            "principled",
+            "black",
+        ]),
         "emission" => Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::EMISSION)]),
         "normal_map" => Table(&keys::TEXTURE_REFERENCE),
         "normal_scale" => Number(FAR),
         "bump" => numbers(FAR),
         "thin" => Boolean,
+        "form" => all(&GrooveForm::ALL, GrooveForm::name),
+        "tangent" => Kind::Any(vec![choice(&["uv"]), Table(&keys::TANGENT)]),
         "metal" => Kind::Any(vec![Kind::Choice(metals::names().collect()), Name]),
         "ior" => numbers(IOR),
         "eta" | "k" => colours(Bounds::within(0.0, 100.0)),
@@ -279,6 +323,16 @@ fn emission(key: &str) -> Option<Kind> {
     })
 }
 
+fn tangent(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => choice(&["uv", "constant", "radial", "tangential"]),
+        "direction" | "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
+        "center" => point(),
+        "rotation" => numbers(Bounds::within(-3600.0, 3600.0)),
+        _ => return None,
+    })
+}
+
 fn crease_angle() -> Kind {
     Number(Bounds::within(0.0, 180.0).above())
 }
@@ -290,6 +344,7 @@ fn mesh(key: &str) -> Option<Kind> {
         "indices" => list(Kind::Array(Box::new(Integer(0, u32::MAX.into())), 3, 4)),
         "normals" => list(array(Number(Bounds::within(-1e3, 1e3)), 3)),
         "uvs" => list(array(Number(FAR), 2)),
+        "colors" => list(Colour(Bounds::UNIT)),
         "crease_angle" => crease_angle(),
         _ => return None,
     })

@@ -12,11 +12,12 @@ pub use kinds::{Kind, kind};
 use serde_json::{Map, Value, json};
 
 /// Keys that a table cannot be without, whatever its type.
-const REQUIRED: [(&str, &str); 10] = [
+const REQUIRED: [(&str, &str); 11] = [
     ("the scene file", "camera"),
     ("[camera]", "position"),
     ("film.filter", "type"),
-    ("[textures.NAME]", "file"),
+    ("a stop", "at"),
+    ("a stop", "color"),
     ("[materials.NAME]", "type"),
     ("emission", "radiance"),
     ("rotate", "axis"),

@@ -48,8 +48,9 @@ impl Search {
     /// [`Search::find`], or the error to be told.
     pub fn need(&self, name: &Located<String>) -> Result<PathBuf, Diagnostic> {
         self.find(&name.value).ok_or_else(|| {
-            let direct = self.folders[0].join(&name.value);
-            let error = if direct.is_dir() { SourceError::IsDirectory(direct) } else { SourceError::NotFound(direct) };
+            let direct = PathBuf::from(&name.value);
+            let is_folder = self.folders[0].join(&direct).is_dir();
+            let error = if is_folder { SourceError::IsDirectory(direct) } else { SourceError::NotFound(direct) };
             Diagnostic::error(error.to_string()).at(name.origin.clone()).label("not there, nor in the folders above").help(
                 "the old program looked from the folder that it was started in; put the file there, or begin the line with #",
             )

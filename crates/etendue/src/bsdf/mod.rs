@@ -10,12 +10,12 @@
 //!
 //! Directions exactly in the surface's plane (z = 0) scatter nothing.
 
+mod brushed_metal;
 mod diffuse;
 pub mod directional_albedo;
 pub mod fresnel;
 pub mod ggx;
 mod glass;
-
 pub mod metals;
 mod mirror;
 mod mtl;
@@ -27,6 +27,7 @@ mod sheen;
 
 use crate::{math::Vec3, spectrum::Spectrum};
 
+pub use brushed_metal::{BrushedMetal, Circle, GrooveForm};
 pub use diffuse::Diffuse;
 pub use glass::Glass;
 pub use mirror::Mirror;
@@ -41,8 +42,29 @@ pub use rough_metal::RoughMetal;
 pub enum Density {
     /// Per steradian.
     SolidAngle(f32),
+    /// Per radian of an angle round a circle of directions, outside of which there are none (brushed metal).
+    Arc(f32),
     /// The probability of a discrete direction (a Dirac).
     Discrete(f32),
+}
+
+impl Density {
+    /// The number without its measure.
+    #[inline]
+    pub fn value(self) -> f32 {
+        let (Self::SolidAngle(value) | Self::Arc(value) | Self::Discrete(value)) = self;
+        value
+    }
+
+    /// The density of a choice of this `probability` and then this.
+    #[inline]
+    pub fn chosen(self, probability: f32) -> Self {
+        match self {
+            Self::SolidAngle(value) => Self::SolidAngle(value * probability),
+            Self::Arc(value) => Self::Arc(value * probability),
+            Self::Discrete(value) => Self::Discrete(value * probability),
+        }
+    }
 }
 
 /// A direction drawn from a BSDF.
@@ -85,7 +107,7 @@ impl BsdfSample {
     }
 }
 
-/// A BSDF's continuous lobes, for a pair of directions.
+/// A BSDF's continuous lobes, for a pair of directions; or a [`Circle`]'s, for an angle on it and per radian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfEval {
     /// `f(wo, wi) |cos theta_i|`, per steradian; the cosine is included.
@@ -126,6 +148,8 @@ pub enum Bsdf {
     RoughMetal(RoughMetal),
     /// GGX dielectric interface.
     RoughGlass(RoughGlass),
+    /// Grooves that scatter into a circle of directions.
+    BrushedMetal(BrushedMetal),
     /// Mixture of diffuse, specular and refracting lobes.
     Mtl(Mtl),
     /// Mixture of diffuse and glossy reflection and transmission.
@@ -144,6 +168,7 @@ macro_rules! dispatch {
             Bsdf::Glass($b) => $call,
             Bsdf::RoughMetal($b) => $call,
             Bsdf::RoughGlass($b) => $call,
+            Bsdf::BrushedMetal($b) => $call,
             Bsdf::Mtl($b) => $call,
             Bsdf::Phong($b) => $call,
             Bsdf::Principled($b) => $call,
@@ -169,7 +194,17 @@ impl Bsdf {
         dispatch!(self, b => b.sample(wo, u_lobe, u))
     }
 
-    /// True if there are only delta lobes (or none): light sampling finds nothing.
+    /// The circle of directions from which all light comes that leaves towards `wo`, for BSDFs that scatter so: brushed metal.
+    /// Per steradian such a lobe is 0 in [`Self::eval`].
+    #[inline]
+    pub fn circle(&self, wo: Vec3) -> Option<Circle> {
+        match self {
+            Self::BrushedMetal(metal) => metal.circle(wo),
+            _ => None,
+        }
+    }
+
+    /// True if there are only delta lobes (or none), or a circle: light sampling by solid angle finds nothing.
     #[inline]
     pub fn is_delta(&self) -> bool {
         dispatch!(self, b => b.is_delta())

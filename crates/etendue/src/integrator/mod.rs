@@ -1,10 +1,17 @@
 //! Estimators of the radiance along camera rays.
 
+mod attenuated;
+mod circle;
+mod enclosure;
+mod horizon;
 mod paths;
 mod shade;
 mod shadow;
 mod views;
+mod volume;
 pub(crate) mod wave;
+
+pub(crate) use enclosure::bodies_about;
 
 use crate::film::UnknownName;
 use std::{fmt, str::FromStr};
@@ -46,6 +53,11 @@ impl Integrator {
         Self::Ids,
         Self::Ao { distance: None },
     ];
+
+    /// True if it solves the light's transport, and is not a view.
+    pub fn is_solver(self) -> bool {
+        matches!(self, Self::Path | Self::LightSplit | Self::Brute)
+    }
 
     /// The name it has in files and on the command line.
     pub fn name(self) -> &'static str {

@@ -1,6 +1,16 @@
 //! The state of the paths of a wave: a structure of arrays, kept dense.
 
-use crate::{bsdf::Density, film::FirstHit, light::LightContext, math::Vec3, sampling::SampleKey, spectrum::Spectrum};
+use crate::{
+    bsdf::Density,
+    film::FirstHit,
+    light::{LightCircle, LightContext},
+    math::Vec3,
+    medium::Segment,
+    sampling::SampleKey,
+    scene::BodyStack,
+    spectrum::Spectrum,
+    texture::RayCone,
+};
 use etendue_accel::{Hit, Ray};
 
 /// The last vertex that scattered, as multiple importance sampling needs it.
@@ -18,6 +28,28 @@ impl Previous {
         let context = LightContext { point, normal: Vec3::ZERO, transmits: false };
         Self { context, density: Density::Discrete(1.0) }
     }
+}
+
+/// The free flight that ended where a medium scattered the path last.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flown {
+    pub segment: Segment,
+    /// Metres along the segment.
+    pub distance: f32,
+    /// See [`Flight::density`](crate::medium::Flight::density); 0 where the last vertex is on a surface or the camera.
+    pub density: f32,
+    /// Of the medium, 1/m.
+    pub extinction: Spectrum,
+}
+
+impl Flown {
+    /// No flight.
+    pub const NONE: Self = Self {
+        segment: Segment { origin: Vec3::ZERO, direction: Vec3::ZERO, length: 0.0 },
+        distance: 0.0,
+        density: 0.0,
+        extinction: Spectrum::BLACK,
+    };
 }
 
 /// Which sample a path is.
@@ -57,7 +89,8 @@ macro_rules! structure_of_arrays {
             }
 
             pub fn swap_remove(&mut self, index: usize) {
-                $(self.$field.swap_remove(index);)*
+                // Arrays that a scene has no use for stay empty.
+                $(if !self.$field.is_empty() { self.$field.swap_remove(index); })*
             }
         }
     };
@@ -72,9 +105,13 @@ structure_of_arrays! {
         throughput: Spectrum,
         radiance: Spectrum,
         previous: Previous,
+        circles: LightCircle,
         progress: Progress,
+        cones: RayCone,
         first: FirstHit,
         direct: Spectrum,
+        bodies: BodyStack,
+        flown: Flown,
     }
 }
 
@@ -83,20 +120,30 @@ impl Paths {
         self.rays.len()
     }
 
-    pub fn push(&mut self, ray: Ray, sample: SampleId) {
+    pub fn push(&mut self, ray: Ray, cone: RayCone, sample: SampleId) {
         self.rays.push(ray);
         self.hits.push(Hit::MISS);
         self.samples.push(sample);
         self.throughput.push(Spectrum::ONE);
         self.radiance.push(Spectrum::BLACK);
         self.previous.push(Previous::camera(Vec3::from(ray.origin)));
+        self.circles.push(LightCircle::default());
         self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true });
+        self.cones.push(cone);
         self.first.push(FirstHit::default());
         self.direct.push(Spectrum::BLACK);
     }
 
-    /// True if path `path`, which has found its last hit or miss, met any surface that it did not pass straight through.
-    pub fn met_surface(&self, path: usize) -> bool {
+    /// As [`Self::push`] in a scene with media, from inside of some bodies.
+    pub fn push_within(&mut self, ray: Ray, cone: RayCone, sample: SampleId, bodies: BodyStack) {
+        self.push(ray, cone, sample);
+        self.bodies.push(bodies);
+        self.flown.push(Flown::NONE);
+    }
+
+    /// True if path `path`, which has found its last hit or miss, met anything that it did not pass straight through:
+    /// a surface, or a medium that scattered it.
+    pub fn met_something(&self, path: usize) -> bool {
         self.progress[path].depth > 1 || self.hits[path].is_hit()
     }
 

@@ -1,20 +1,25 @@
 //! One vertex of a path: emission, light sample, BSDF sample, roulette.
 
 use super::{
-    paths::{Paths, Previous},
+    attenuated::Traveller,
+    circle,
+    horizon::Horizon,
+    paths::{Flown, Paths, Previous},
     shadow::ShadowQueue,
+    volume,
     wave::Context,
 };
 use crate::{
     bsdf::{Bsdf, Density},
     film::FirstHit,
-    light::LightContext,
+    light::{LightContext, LightSample},
     math::{Frame, Vec3},
     sampling::Slot,
+    scene::{BodyStack, Meeting},
     spectrum::Spectrum,
     surface::{NO_LIGHT, SurfacePoint},
 };
-use etendue_accel::{Hit, Ray};
+use etendue_accel::{Hit, PrimitiveId};
 
 /// Which samples count for emission that both light and BSDF sampling can find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +40,7 @@ const MAX_SURVIVAL: f32 = 0.999;
 
 /// Weight of a sample with density `own` where another strategy has density `other`, both in the same measure.
 #[inline]
-fn power_heuristic(own: f32, other: f32) -> f32 {
+pub(super) fn power_heuristic(own: f32, other: f32) -> f32 {
     if own.is_infinite() {
         return 1.0;
     }
@@ -44,112 +49,179 @@ fn power_heuristic(own: f32, other: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// Weight of emission that a BSDF ray found, `light_density` being what light sampling has for the same direction.
+/// Weight of emission that a BSDF ray found, `light_density` being what light sampling has for the same direction, in the
+/// measure of `density`.
 #[inline]
 fn found_weight(strategy: Strategy, density: Density, light_density: impl FnOnce() -> f32) -> f32 {
     match (strategy, density) {
         (Strategy::Bsdf, _) | (_, Density::Discrete(_)) => 1.0,
         // What light sampling never draws, such as the far side of a sphere that is partly not there, is left to the BSDF.
-        (Strategy::Light, Density::SolidAngle(_)) => f32::from(light_density() <= 0.0),
-        (Strategy::Both, Density::SolidAngle(own)) => power_heuristic(own, light_density()),
+        (Strategy::Light, Density::SolidAngle(_) | Density::Arc(_)) => f32::from(light_density() <= 0.0),
+        (Strategy::Both, Density::SolidAngle(own) | Density::Arc(own)) => power_heuristic(own, light_density()),
     }
 }
 
 /// Takes path `path` through the vertex that its ray has reached.
 #[inline]
-pub(super) fn shade(context: &Context, strategy: Strategy, paths: &mut Paths, path: usize, shadows: &mut ShadowQueue) {
+pub(super) fn shade<const MEDIA: bool>(
+    context: &Context,
+    strategy: Strategy,
+    paths: &mut Paths,
+    path: usize,
+    shadows: &mut ShadowQueue,
+) {
+    if MEDIA && !volume::travel(context, strategy, paths, path, shadows) {
+        return;
+    }
     let hit = paths.hits[path];
     let ray = paths.rays[path];
     if !hit.is_hit() {
-        add_environment(context, strategy, paths, path, Vec3::from(ray.direction));
+        if !(context.transparent && !paths.met_something(path)) {
+            add_environment::<MEDIA>(context, strategy, paths, path, Vec3::from(ray.direction));
+        }
         paths.progress[path].alive = false;
         return;
     }
     let point = context.scene.surface_point(&ray, &hit);
-    if passes_through(context, paths, path, &ray, &hit, &point) {
+    paths.cones[path] = paths.cones[path].advanced(hit.t);
+    let meeting = if MEDIA { meet(context, paths, path, &point) } else { Meeting::PLAIN };
+    if meeting.hidden || passes_through(context, paths, path, &hit, &point) {
+        go_on::<MEDIA>(context, paths, path, &point);
         return;
     }
     let wo = -Vec3::from(ray.direction);
     let mut textured = Bsdf::Black;
-    let vertex = Vertex::new(context, point, &hit, wo, &mut textured);
+    let seen = Seen { wo, width: paths.cones[path].width, surroundings: meeting.surroundings };
+    let vertex = Vertex::new(context, point, &hit, seen, &mut textured);
     if context.wants_layers && paths.progress[path].depth == 1 {
         paths.first[path] = first_hit(context, &vertex, &hit);
     }
     if vertex.point.light != NO_LIGHT {
-        add_emission(context, strategy, paths, path, &vertex, &hit);
+        add_emission::<MEDIA>(context, strategy, paths, path, &vertex, &hit);
     }
     if paths.progress[path].depth >= context.max_depth {
         paths.progress[path].alive = false;
         return;
     }
     if strategy != Strategy::Bsdf && !vertex.bsdf.is_delta() {
-        sample_light(context, strategy, paths, path, &vertex, shadows);
+        sample_light::<MEDIA>(context, strategy, paths, path, &vertex, shadows);
+    } else if strategy != Strategy::Bsdf
+        && let Some(circle) = vertex.bsdf.circle(vertex.local_wo)
+    {
+        circle::sample_light::<MEDIA>(context, strategy, paths, path, &vertex, &circle, shadows);
     }
-    paths.progress[path].alive = scatter(context, paths, path, &vertex);
+    paths.progress[path].alive = scatter::<MEDIA>(context, paths, path, &vertex);
+}
+
+/// How a path looks at a surface.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Unit, towards where the path comes from.
+    wo: Vec3,
+    /// Diameter of the path's cone, metres.
+    width: f32,
+    /// Index of refraction around the body, for one that has its own; else 1.
+    surroundings: f32,
 }
 
 /// A surface point with its scattering, seen from `wo`.
-struct Vertex<'a> {
-    point: SurfacePoint,
+pub(super) struct Vertex<'a> {
+    pub point: SurfacePoint,
     bsdf: &'a Bsdf,
-    frame: Frame,
+    pub frame: Frame,
     /// Unit, towards where the path comes from: world and local.
     wo: Vec3,
     local_wo: Vec3,
+    horizon: Horizon,
 }
 
 impl<'a> Vertex<'a> {
-    /// Where parameters have textures, the BSDF is made for this point and kept in `textured`.
+    /// Where parameters have textures, or the surroundings an index of refraction other than 1, the BSDF is made for this
+    /// point and kept in `textured`.
     #[inline]
-    fn new(context: &Context<'a>, mut point: SurfacePoint, hit: &Hit, wo: Vec3, textured: &'a mut Bsdf) -> Self {
-        let plain = context.scene.bsdf(point.material);
-        if plain.is_none() {
-            point.shading_normal = context.scene.detailed_normal(&point, hit);
-        }
-        // Interpolated normals may face away from a viewer who does see the surface: there the true normal is used.
-        if point.shading_normal.dot(wo) * point.geometric_normal.dot(wo) <= 0.0 {
-            point.shading_normal = point.geometric_normal;
-        }
-        let bsdf = match plain {
-            Some(bsdf) => bsdf,
-            None => {
-                *textured = context.scene.bsdf_at(&point, hit);
+    fn new(
+        context: &Context<'a>,
+        mut point: SurfacePoint,
+        hit: &Hit,
+        Seen { wo, width, surroundings }: Seen,
+        textured: &'a mut Bsdf,
+    ) -> Self {
+        let mut relief = None;
+        let bsdf = match context.scene.bsdf(point.material) {
+            Some(bsdf) if surroundings == 1.0 => bsdf,
+            _ => {
+                let at = context.scene.lookup_over(&point, hit, wo, width);
+                relief = context.scene.detailed_normal(&point, hit, &at);
+                *textured = context.scene.bsdf_within(&point, &at, surroundings);
                 textured
             }
         };
+        let horizon = Horizon::new(context, &mut point, hit, wo, relief, bsdf.transmits());
         let frame = frame(context, &point, hit, bsdf);
         let local_wo = frame.to_local(wo);
-        Self { point, bsdf, frame, wo, local_wo }
+        Self { point, bsdf, frame, wo, local_wo, horizon }
     }
 
-    /// True if shading and geometric normal agree on which side `wi` is.
+    /// Fraction of light from `wi` that the BSDF gets to see: 0 where shading and geometric normal do not agree on which
+    /// side `wi` is, below 1 where bumps throw shadows.
     #[inline]
-    fn is_consistent(&self, wi: Vec3, local_wi: Vec3) -> bool {
-        wi.dot(self.point.geometric_normal) * local_wi.z > 0.0
+    pub fn shadowing(&self, wi: Vec3, local_wi: Vec3) -> f32 {
+        if !self.is_reflected(local_wi) {
+            return f32::from(wi.dot(self.point.geometric_normal) * local_wi.z > 0.0);
+        }
+        if self.horizon.is_above(wi, local_wi.z) { self.horizon.shadowing(wi) } else { 0.0 }
+    }
+
+    #[inline]
+    fn is_reflected(&self, local_wi: Vec3) -> bool {
+        local_wi.z * self.local_wo.z > 0.0
+    }
+
+    /// Where light on the side of `wo` is gathered.
+    #[inline]
+    pub fn gathers_at(&self) -> Vec3 {
+        self.horizon.lifted.unwrap_or(self.point.position)
+    }
+
+    /// Origin of a ray that leaves towards `wi`, and what it does not meet.
+    #[inline]
+    fn departure(&self, wi: Vec3, local_wi: Vec3) -> (Vec3, PrimitiveId) {
+        match self.horizon.lifted {
+            Some(lifted) if self.is_reflected(local_wi) => (lifted, PrimitiveId::NONE),
+            _ => (self.point.leave(wi), self.point.id),
+        }
+    }
+
+    /// The bodies in which light from `wi` arrives, those on the side of `wo` being known.
+    fn bodies_towards(&self, context: &Context, bodies: &BodyStack, wi: Vec3, local_wi: Vec3) -> BodyStack {
+        let mut bodies = *bodies;
+        if local_wi.z * self.local_wo.z < 0.0 {
+            context.scene.interiors().cross(&mut bodies, &self.point, wi);
+        }
+        bodies
     }
 
     fn light_context(&self) -> LightContext {
         let normal = if self.local_wo.z < 0.0 { -self.point.shading_normal } else { self.point.shading_normal };
-        LightContext { point: self.point.position, normal, transmits: self.bsdf.transmits() }
+        LightContext { point: self.gathers_at(), normal, transmits: self.bsdf.transmits() }
     }
 }
 
 /// What layers keep of a surface that is seen from `wo`, for integrators that do not scatter there.
-pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3) -> FirstHit {
+pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> FirstHit {
     let mut textured = Bsdf::Black;
-    first_hit(context, &Vertex::new(context, point, hit, wo, &mut textured), hit)
+    let seen = Seen { wo, width, surroundings: 1.0 };
+    first_hit(context, &Vertex::new(context, point, hit, seen, &mut textured), hit)
 }
 
-/// The local frame: where a BSDF has a direction, x is that of growing u.
+/// The local frame: where a BSDF has directions, they are those of the material's field.
 #[inline]
 fn frame(context: &Context, point: &SurfacePoint, hit: &Hit, bsdf: &Bsdf) -> Frame {
-    let normal = point.shading_normal;
-    if bsdf.is_anisotropic()
-        && let Some(tangent) = context.scene.chart(point, hit).tangent(normal)
-    {
-        return Frame::from_tangent(normal, tangent);
+    if bsdf.is_anisotropic() {
+        context.scene.directed_frame(point, hit)
+    } else {
+        Frame::from_normal(point.shading_normal)
     }
-    Frame::from_normal(normal)
 }
 
 fn first_hit(context: &Context, vertex: &Vertex, hit: &Hit) -> FirstHit {
@@ -164,59 +236,89 @@ fn first_hit(context: &Context, vertex: &Vertex, hit: &Hit) -> FirstHit {
     }
 }
 
-fn add_environment(context: &Context, strategy: Strategy, paths: &mut Paths, path: usize, direction: Vec3) {
+fn add_environment<const MEDIA: bool>(
+    context: &Context,
+    strategy: Strategy,
+    paths: &mut Paths,
+    path: usize,
+    direction: Vec3,
+) {
     let radiance = context.scene.environment_radiance(direction);
     if radiance.is_black() {
         return;
     }
     let Previous { context: from, density } = &paths.previous[path];
-    let weight = found_weight(strategy, *density, || context.scene.lights().pdf_environment(from, direction));
+    let by_light = || match density {
+        // Circles are not sampled for the environment.
+        Density::Arc(_) => 0.0,
+        _ => context.scene.lights().pdf_environment(from, direction),
+    };
+    let in_medium = if MEDIA { volume::found_weight(context, strategy, paths, path, None, by_light) } else { None };
+    let weight = in_medium.unwrap_or_else(|| found_weight(strategy, *density, by_light));
     paths.radiance[path] += paths.throughput[path] * radiance * weight;
 }
 
 /// Where a surface is partly not there, the path goes straight on with that probability.
-fn passes_through(
-    context: &Context,
-    paths: &mut Paths,
-    path: usize,
-    ray: &Ray,
-    hit: &Hit,
-    point: &SurfacePoint,
-) -> bool {
+fn passes_through(context: &Context, paths: &Paths, path: usize, hit: &Hit, point: &SurfacePoint) -> bool {
     if context.scene.is_opaque() {
         return false;
     }
     let opacity = context.scene.opacity(point, hit);
-    let progress = &mut paths.progress[path];
-    if opacity >= 1.0 || context.sampler.one_d(paths.samples[path].key, progress.vertex, Slot::Opacity) < opacity {
-        return false;
-    }
-    progress.vertex += 1;
-    let onward = &mut paths.rays[path];
-    onward.origin = point.leave(Vec3::from(ray.direction)).into();
-    onward.skip = hit.id;
-    true
+    let (key, vertex) = (paths.samples[path].key, paths.progress[path].vertex);
+    opacity < 1.0 && context.sampler.one_d(key, vertex, Slot::Opacity) >= opacity
 }
 
-fn add_emission(context: &Context, strategy: Strategy, paths: &mut Paths, path: usize, vertex: &Vertex, hit: &Hit) {
+/// Takes a path straight on behind a surface.
+fn go_on<const MEDIA: bool>(context: &Context, paths: &mut Paths, path: usize, point: &SurfacePoint) {
+    let onward = &mut paths.rays[path];
+    let direction = Vec3::from(onward.direction);
+    onward.origin = point.leave(direction).into();
+    onward.skip = point.id;
+    paths.progress[path].vertex += 1;
+    if MEDIA {
+        context.scene.interiors().cross(&mut paths.bodies[path], point, direction);
+    }
+}
+
+/// What a surface is to a path, by the bodies that the path is in.
+fn meet(context: &Context, paths: &Paths, path: usize, point: &SurfacePoint) -> Meeting {
+    context.scene.interiors().meet(&paths.bodies[path], point, paths.rays[path].direction.into())
+}
+
+fn add_emission<const MEDIA: bool>(
+    context: &Context,
+    strategy: Strategy,
+    paths: &mut Paths,
+    path: usize,
+    vertex: &Vertex,
+    hit: &Hit,
+) {
     let material = &context.scene.materials()[vertex.point.material as usize];
     let Some(emission) = &material.emission else { return };
     if !emission.two_sided && vertex.point.geometric_normal.dot(vertex.wo) <= 0.0 {
         return;
     }
     let Previous { context: from, density } = &paths.previous[path];
-    let weight = found_weight(strategy, *density, || {
+    let light = vertex.point.light;
+    let by_light = || {
         let distance = (vertex.point.position - from.point).length();
-        context.scene.lights().pdf_hit(from, vertex.point.light, -vertex.wo, distance)
-    });
+        let (lights, wi) = (context.scene.lights(), -vertex.wo);
+        match density {
+            Density::Arc(_) => lights.pdf_circle(&paths.circles[path], light, wi, distance),
+            _ => lights.pdf_hit(from, light, wi, distance),
+        }
+    };
+    let in_medium =
+        if MEDIA { volume::found_weight(context, strategy, paths, path, Some(light), by_light) } else { None };
+    let weight = in_medium.unwrap_or_else(|| found_weight(strategy, *density, by_light));
     let radiance = match &emission.radiance.texture {
         None => emission.radiance.factor,
-        Some(_) => emission.at(context.scene.texture_coordinates(&vertex.point, hit)),
+        Some(_) => emission.at(&context.scene.lookup(&vertex.point, hit)),
     };
     paths.radiance[path] += paths.throughput[path] * radiance * weight;
 }
 
-fn sample_light(
+fn sample_light<const MEDIA: bool>(
     context: &Context,
     strategy: Strategy,
     paths: &Paths,
@@ -232,53 +334,92 @@ fn sample_light(
     let position = context.sampler.two_d(key, number, Slot::LightPosition);
     let Some(light) = context.scene.sample_light(&vertex.light_context(), select, position) else { return };
     let local_wi = vertex.frame.to_local(light.wi);
-    if !vertex.is_consistent(light.wi, local_wi) {
+    let shadowing = vertex.shadowing(light.wi, local_wi);
+    if shadowing == 0.0 {
         return;
     }
     let eval = vertex.bsdf.eval(vertex.local_wo, local_wi);
     let weight = match (light.density, strategy) {
         (Density::SolidAngle(own), Strategy::Both) => power_heuristic(own, eval.pdf) / own,
-        (Density::SolidAngle(own) | Density::Discrete(own), _) => 1.0 / own,
+        (own, _) => 1.0 / own.value(),
     };
-    let contribution = paths.throughput[path] * eval.value * light.radiance * weight;
-    if !contribution.is_black() {
-        shadows.push(path, &vertex.point, light.wi, light.target, contribution);
+    let contribution = paths.throughput[path] * eval.value * light.radiance * (weight * shadowing);
+    send_light::<MEDIA>(context, paths, path, vertex, &light, contribution, shadows);
+}
+
+/// Queues what a light sample contributes if nothing is in its way.
+pub(super) fn send_light<const MEDIA: bool>(
+    context: &Context,
+    paths: &Paths,
+    path: usize,
+    vertex: &Vertex,
+    light: &LightSample,
+    contribution: Spectrum,
+    shadows: &mut ShadowQueue,
+) {
+    if contribution.is_black() {
+        return;
     }
+    let local_wi = vertex.frame.to_local(light.wi);
+    let from = vertex.departure(light.wi, local_wi);
+    if !MEDIA {
+        shadows.push(path, from, light.wi, light.target, contribution);
+        return;
+    }
+    let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
+    let traveller = Traveller {
+        bodies: vertex.bodies_towards(context, &paths.bodies[path], light.wi, local_wi),
+        stream: context.sampler.stream(key, number, Slot::LightPath),
+        direct: volume::is_direct(context, paths, path),
+    };
+    shadows.push_within(path, from, light.wi, light.target, contribution, traveller);
 }
 
 /// Draws the next direction; false if the path ends here.
-fn scatter(context: &Context, paths: &mut Paths, path: usize, vertex: &Vertex) -> bool {
+fn scatter<const MEDIA: bool>(context: &Context, paths: &mut Paths, path: usize, vertex: &Vertex) -> bool {
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
     let lobe = context.sampler.one_d(key, number, Slot::BsdfLobe);
     let direction = context.sampler.two_d(key, number, Slot::BsdfDirection);
     let Some(sample) = vertex.bsdf.sample(vertex.local_wo, lobe, direction) else { return false };
     let wi = vertex.frame.to_world(sample.wi);
-    if !vertex.is_consistent(wi, sample.wi) {
+    let shadowing = vertex.shadowing(wi, sample.wi);
+    if shadowing == 0.0 {
         return false;
     }
-    let mut throughput = paths.throughput[path] * sample.weight;
-    if throughput.is_black() {
+    paths.throughput[path] = paths.throughput[path] * sample.weight * shadowing;
+    paths.progress[path].eta *= sample.eta;
+    if paths.throughput[path].is_black() || !survives(context, paths, path) {
         return false;
     }
-    let eta = paths.progress[path].eta * sample.eta;
-    if paths.progress[path].depth >= ROULETTE_FROM {
-        let u = context.sampler.one_d(key, number, Slot::Roulette);
-        match roulette(throughput, eta, u) {
-            Some(survivor) => throughput = survivor,
-            None => return false,
-        }
-    }
-    paths.throughput[path] = throughput;
     paths.previous[path] = Previous { context: vertex.light_context(), density: sample.density };
+    if context.scene.filters_textures() {
+        paths.cones[path] = paths.cones[path].scattered(sample.density);
+    }
+    if MEDIA {
+        paths.bodies[path] = vertex.bodies_towards(context, &paths.bodies[path], wi, sample.wi);
+        paths.flown[path] = Flown::NONE;
+    }
+    let (origin, skip) = vertex.departure(wi, sample.wi);
     let ray = &mut paths.rays[path];
-    ray.origin = vertex.point.leave(wi).into();
+    ray.origin = origin.into();
     ray.direction = wi.normalize().into();
-    ray.skip = vertex.point.id;
+    ray.skip = skip;
     let progress = &mut paths.progress[path];
-    progress.eta = eta;
     progress.depth += 1;
     progress.vertex += 1;
     true
+}
+
+/// Plays roulette with the throughput of path `path`; false if it ends.
+pub(super) fn survives(context: &Context, paths: &mut Paths, path: usize) -> bool {
+    let progress = paths.progress[path];
+    if progress.depth < ROULETTE_FROM {
+        return true;
+    }
+    let u = context.sampler.one_d(paths.samples[path].key, progress.vertex, Slot::Roulette);
+    let survivor = roulette(paths.throughput[path], progress.eta, u);
+    paths.throughput[path] = survivor.unwrap_or(Spectrum::BLACK);
+    survivor.is_some()
 }
 
 /// Unbiased Russian roulette (Arvo and Kirk 1990): a path survives with a probability near its weight, and is raised by it.

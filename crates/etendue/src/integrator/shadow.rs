@@ -1,29 +1,32 @@
 //! Shadow rays: light that arrives at a path's vertex if nothing is in between.
 
+use super::attenuated::Traveller;
 use crate::{math::Vec3, scene::Scene, spectrum::Spectrum, surface::SurfacePoint};
 use etendue_accel::{Hit, PrimitiveId, Ray};
 
 /// Light on its way to a path.
 #[derive(Clone, Copy, Debug)]
-struct Shadow {
+pub(super) struct Shadow {
     /// Index of the path.
-    path: u32,
+    pub path: u32,
     /// Added to the path's radiance if it arrives.
-    contribution: Spectrum,
+    pub contribution: Spectrum,
     /// The end of the segment; absent: infinitely far.
-    target: Option<Vec3>,
+    pub target: Option<Vec3>,
 }
 
 /// The shadow rays of a wave, any number a path, in the order of paths.
 pub(super) struct ShadowQueue {
-    rays: Vec<Ray>,
-    shadows: Vec<Shadow>,
-    occluded: Vec<bool>,
-    hits: Vec<Hit>,
+    pub(super) rays: Vec<Ray>,
+    pub(super) shadows: Vec<Shadow>,
+    /// One a shadow in scenes with media, else none.
+    pub(super) travellers: Vec<Traveller>,
+    pub(super) occluded: Vec<bool>,
+    pub(super) hits: Vec<Hit>,
 }
 
 /// A ray from `origin` to the target, or in direction `wi` for ever.
-fn segment(origin: Vec3, wi: Vec3, target: Option<Vec3>, skip: PrimitiveId) -> Ray {
+pub(super) fn segment(origin: Vec3, wi: Vec3, target: Option<Vec3>, skip: PrimitiveId) -> Ray {
     let (direction, t_max) = target.map_or((wi, f32::INFINITY), |target| (target - origin, 1.0));
     let (origin, direction) = (origin.into(), direction.into());
     Ray { origin, t_min: 0.0, direction, t_max, time: 0.0, mask: u32::MAX, skip }
@@ -34,21 +37,34 @@ impl ShadowQueue {
         Self {
             rays: Vec::with_capacity(n),
             shadows: Vec::with_capacity(n),
+            travellers: Vec::new(),
             occluded: Vec::with_capacity(n),
             hits: Vec::new(),
         }
     }
 
-    /// Queues light from `target`, or from infinity along the unit vector `wi`, to `point`.
+    /// Queues light from `target`, or from infinity along the unit vector `wi`, to a place, without meeting a primitive.
     #[inline]
-    pub fn push(&mut self, path: usize, point: &SurfacePoint, wi: Vec3, target: Option<Vec3>, contribution: Spectrum) {
-        self.rays.push(segment(point.leave(wi), wi, target, point.id));
+    pub fn push(
+        &mut self,
+        path: usize,
+        (origin, skip): (Vec3, PrimitiveId),
+        wi: Vec3,
+        target: Option<Vec3>,
+        contribution: Spectrum,
+    ) {
+        self.push_ray(path, segment(origin, wi, target, skip), target, contribution);
+    }
+
+    #[inline]
+    pub(super) fn push_ray(&mut self, path: usize, ray: Ray, target: Option<Vec3>, contribution: Spectrum) {
+        self.rays.push(ray);
         self.shadows.push(Shadow { path: path as u32, contribution, target });
     }
 
     /// Queues a ray of limited length.
     pub fn push_up_to(&mut self, path: usize, point: &SurfacePoint, wi: Vec3, t_max: f32, contribution: Spectrum) {
-        self.push(path, point, wi, None, contribution);
+        self.push(path, (point.leave(wi), point.id), wi, None, contribution);
         if let Some(ray) = self.rays.last_mut() {
             ray.t_max = t_max;
         }

@@ -2,6 +2,7 @@
 
 use super::{
     Integrator,
+    enclosure::bodies_along,
     paths::{Paths, SampleId},
     shade::{self, Strategy},
     shadow::ShadowQueue,
@@ -11,7 +12,7 @@ use crate::{
     camera::Camera,
     film::{PathSample, TileSums},
     sampling::{FilterSampler, Sampler, Slot},
-    scene::Scene,
+    scene::{BodyStack, Scene},
 };
 use etendue_accel::{PrimitiveId, Ray};
 
@@ -19,6 +20,8 @@ use etendue_accel::{PrimitiveId, Ray};
 pub(crate) struct Context<'a> {
     pub scene: &'a Scene,
     pub camera: &'a Camera,
+    /// The bodies in which the camera's centre lies.
+    pub camera_bodies: BodyStack,
     pub filter: &'a FilterSampler,
     pub sampler: Sampler,
     pub seed: u64,
@@ -30,11 +33,20 @@ pub(crate) struct Context<'a> {
     pub transparent: bool,
 }
 
+impl Context<'_> {
+    /// True if paths keep track of the bodies and media that they are in; views do not.
+    pub fn has_media(&self) -> bool {
+        self.scene.interiors().matter() && self.integrator.is_solver()
+    }
+}
+
 /// Work done by a worker.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Counters {
     pub rays: u64,
     pub paths: u64,
+    /// Paths that lay in more bodies than are told apart.
+    pub overflowed: u64,
 }
 
 /// The buffers of one worker, allocated once.
@@ -65,8 +77,12 @@ impl Wave {
             counters.rays += self.paths.len() as u64;
             context.scene.accelerator().closest_hits(&self.paths.rays, &mut self.paths.hits);
             self.shade(context);
-            counters.rays += self.shadows.trace(context.scene, &mut self.paths.radiance);
-            self.retire(tile);
+            counters.rays += if context.has_media() {
+                self.shadows.trace_within(context.scene, &mut self.paths)
+            } else {
+                self.shadows.trace(context.scene, &mut self.paths.radiance)
+            };
+            counters.overflowed += self.retire(tile);
         }
     }
 
@@ -88,7 +104,15 @@ impl Wave {
                 mask: u32::MAX,
                 skip: PrimitiveId::NONE,
             };
-            self.paths.push(ray, SampleId { key, pixel, index, weight });
+            let id = SampleId { key, pixel, index, weight };
+            let cone = context.camera.cone(camera_ray.direction);
+            if context.has_media() {
+                let bodies =
+                    bodies_along(context.scene, &context.camera_bodies, context.camera.origin(), camera_ray.origin);
+                self.paths.push_within(ray, cone, id, bodies);
+            } else {
+                self.paths.push(ray, cone, id);
+            }
         }
         (self.paths.len() - before) as u64
     }
@@ -105,13 +129,13 @@ impl Wave {
                 return;
             }
         };
+        if context.has_media() {
+            self.shade_within_media(context, strategy);
+            return;
+        }
         for path in 0..self.paths.len() {
-            if context.transparent && !self.paths.met_surface(path) {
-                self.paths.progress[path].alive = false;
-                continue;
-            }
             let depth = self.paths.progress[path].depth;
-            shade::shade(context, strategy, &mut self.paths, path, &mut self.shadows);
+            shade::shade::<false>(context, strategy, &mut self.paths, path, &mut self.shadows);
             if context.wants_direct && depth == 2 {
                 // What the second edge found is in; light samples of its end are on their way, and longer.
                 self.paths.direct[path] = self.paths.radiance[path];
@@ -119,9 +143,23 @@ impl Wave {
         }
     }
 
+    fn shade_within_media(&mut self, context: &Context, strategy: Strategy) {
+        for path in 0..self.paths.len() {
+            let depth = self.paths.progress[path].depth;
+            let before = self.paths.radiance[path];
+            shade::shade::<true>(context, strategy, &mut self.paths, path, &mut self.shadows);
+            if context.wants_direct && depth <= 2 {
+                // Edges in several media come in pieces, between which longer ways of light arrive.
+                let found = self.paths.radiance[path] - before;
+                self.paths.direct[path] += found;
+            }
+        }
+    }
+
     /// Hands finished paths to the film and closes the gaps.
-    fn retire(&mut self, tile: &mut TileSums) {
-        let mut path = 0;
+    /// Returns how many of them lay in more bodies than are told apart.
+    fn retire(&mut self, tile: &mut TileSums) -> u64 {
+        let (mut path, mut overflowed) = (0, 0);
         while path < self.paths.len() {
             if self.paths.progress[path].alive {
                 path += 1;
@@ -132,11 +170,13 @@ impl Wave {
                 radiance: self.paths.radiance[path],
                 direct: self.paths.direct(path),
                 weight,
-                met_surface: self.paths.met_surface(path),
+                met_surface: self.paths.met_something(path),
                 first: self.paths.first[path],
             };
             tile.add(pixel, index, &sample);
+            overflowed += u64::from(self.paths.bodies.get(path).is_some_and(|bodies| bodies.overflowed));
             self.paths.swap_remove(path);
         }
+        overflowed
     }
 }

@@ -21,6 +21,8 @@
 //! a point on it, and gathers nothing from it. So the whole segment from the context to the target is on one side of
 //! the plane, by at least `margin`; a sphere is on the other side of its tangent plane.
 
+pub mod atmosphere;
+mod circle;
 mod directional;
 mod environment;
 mod planar;
@@ -30,9 +32,11 @@ mod sky;
 mod sphere;
 mod spherical;
 mod spot;
+mod sun_sky;
 mod table;
 mod triangle;
 
+pub use circle::{Arcs, LightCircle};
 pub use directional::DirectionalLight;
 pub use environment::ConstantEnvironment;
 pub use point::PointLightSource;
@@ -40,6 +44,7 @@ pub use rectangle::RectangleLight;
 pub use sky::{ImageEnvironment, MAX_MAP_TEXELS, RadianceMap, RadianceMapError};
 pub use sphere::SphereLight;
 pub use spot::SpotLight;
+pub use sun_sky::SunSky;
 pub use table::{LightTable, LightTableError, MAX_LIGHTS};
 pub use triangle::TriangleLight;
 
@@ -93,6 +98,23 @@ trait Emitter {
     /// Density with which `sample` draws the unit vector `wi`, given that a ray along it meets the light at `distance`
     /// (infinite for lights at infinity).
     fn pdf(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> f32;
+    /// See [`Light::arcs`].
+    fn arcs(&self, _circle: &LightCircle) -> Arcs {
+        Arcs::default()
+    }
+    /// See [`Light::reach`].
+    fn reach(&self, _circle: &LightCircle, _phi: f64) -> Option<Reached> {
+        None
+    }
+}
+
+/// The point of a light in some direction.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    /// As in [`LightSample`].
+    target: Vec3,
+    /// As in [`LightSample`].
+    at: [f32; 2],
 }
 
 /// A source of light: world space, relative to the scene's centre.
@@ -114,6 +136,8 @@ pub enum Light {
     Environment(ConstantEnvironment),
     /// Radiance from all around by an image.
     Image(Arc<ImageEnvironment>),
+    /// A sky with its sun.
+    SunSky(Arc<SunSky>),
 }
 
 macro_rules! dispatch {
@@ -127,12 +151,13 @@ macro_rules! dispatch {
             Light::Directional($inner) => $body,
             Light::Environment($inner) => $body,
             Light::Image($inner) => $body,
+            Light::SunSky($inner) => $body,
         }
     };
 }
 
 impl Light {
-    /// Radiance, W sr^-1 m^-2, the same in all directions, or its mean over the sphere for an image; for point and spot
+    /// Radiance, W sr^-1 m^-2, the same in all directions, or its mean over the sphere for images and skies; for point and spot
     /// lights their (greatest) intensity, W/sr; for directional lights irradiance, W m^-2.
     #[inline]
     pub fn radiance(&self) -> Spectrum {
@@ -144,9 +169,27 @@ impl Light {
         matches!(self, Self::Point(_) | Self::Spot(_) | Self::Directional(_))
     }
 
+    /// True for light from all around.
+    pub fn is_environment(&self) -> bool {
+        matches!(self, Self::Environment(_) | Self::Image(_) | Self::SunSky(_))
+    }
+
     /// True for light from infinity.
     pub fn is_infinite(&self) -> bool {
-        matches!(self, Self::Directional(_) | Self::Environment(_) | Self::Image(_))
+        self.is_environment() || matches!(self, Self::Directional(_))
+    }
+
+    /// The middle of the light, relative to the scene's centre; `None` for light from infinity.
+    #[inline]
+    pub fn anchor(&self) -> Option<Vec3> {
+        match self {
+            Self::Triangle(light) => Some(light.vertices.into_iter().sum::<Vec3>() / 3.0),
+            Self::Rectangle(light) => Some(light.corner + (light.u + light.v) * 0.5),
+            Self::Sphere(light) => Some(light.center),
+            Self::Point(light) => Some(light.position),
+            Self::Spot(light) => Some(light.position),
+            Self::Directional(_) | Self::Environment(_) | Self::Image(_) | Self::SunSky(_) => None,
+        }
     }
 
     /// Radiance from infinity along the unit vector `wi`; black for lights at some place or of one direction.
@@ -155,6 +198,7 @@ impl Light {
         match self {
             Self::Environment(environment) => environment.radiance,
             Self::Image(environment) => environment.radiance_from(wi),
+            Self::SunSky(environment) => environment.radiance_from(wi),
             _ => Spectrum::BLACK,
         }
     }
@@ -179,6 +223,29 @@ impl Light {
     #[inline]
     pub fn pdf(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> f32 {
         dispatch!(self, light => light.pdf(ctx, wi, distance))
+    }
+
+    /// Where on a circle of directions this light is seen, nothing being in between. None for lights without extent, which no
+    /// circle meets, and for those left to the lobe: light from infinity, ellipsoids seen from outside.
+    #[inline]
+    pub fn arcs(&self, circle: &LightCircle) -> Arcs {
+        dispatch!(self, light => light.arcs(circle))
+    }
+
+    /// The light's point at an angle on one of its arcs.
+    #[inline]
+    fn reach(&self, circle: &LightCircle, phi: f64) -> Option<Reached> {
+        dispatch!(self, light => light.reach(circle, phi))
+    }
+
+    /// True if a ray from `point` along `wi` that meets the light at `distance` metres has found what [`Self::reach`] does:
+    /// not the far side of a sphere through a near side that is not there.
+    #[inline]
+    fn is_nearest(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> bool {
+        match self {
+            Self::Sphere(sphere) => sphere.is_nearest(ctx, wi, distance),
+            _ => true,
+        }
     }
 }
 

@@ -1,7 +1,11 @@
 //! What flat lights share: which side the context is on, and the lifted target.
 
 use super::{LightContext, LightSample, finite_density, margin, max_abs};
-use crate::{bsdf::Density, math::DVec3, spectrum::Spectrum};
+use crate::{
+    bsdf::Density,
+    math::{DVec3, Vec3},
+    spectrum::Spectrum,
+};
 
 /// A flat light as seen from a context on an emitting side of it, farther from its plane than the margin.
 pub(super) struct Facing {
@@ -37,7 +41,7 @@ impl Facing {
         }
     }
 
-    /// A sample at `offset` from the context, drawn with `density`; `at` as in [`LightSample`].
+    /// A sample at `offset` from the context, drawn with `density` per solid angle; `at` as in [`LightSample`].
     #[inline]
     pub(super) fn sample(&self, offset: DVec3, at: [f64; 2], density: f64, radiance: Spectrum) -> Option<LightSample> {
         let density = finite_density(density)?;
@@ -45,13 +49,14 @@ impl Facing {
         if !(length > 0.0 && length.is_finite()) {
             return None;
         }
-        let target = self.point + offset + self.normal * self.margin;
-        Some(LightSample {
-            wi: (offset / length).as_vec3(),
-            at: at.map(|a| a as f32),
-            target: Some(target.as_vec3()),
-            radiance,
-            density: Density::SolidAngle(density),
-        })
+        let wi = (offset / length).as_vec3();
+        let at = at.map(|a| a as f32);
+        Some(LightSample { wi, at, target: Some(self.target(offset)), radiance, density: Density::SolidAngle(density) })
+    }
+
+    /// The end of a shadow ray to the point at `offset` from the context.
+    #[inline]
+    pub(super) fn target(&self, offset: DVec3) -> Vec3 {
+        (self.point + offset + self.normal * self.margin).as_vec3()
     }
 }

@@ -1,6 +1,9 @@
 //! Emissive rectangles and parallelograms.
 
-use super::{Emitter, LightContext, LightSample, finite_density, planar::Facing, spherical::SphericalTriangle};
+use super::{
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density,
+    planar::Facing, spherical::SphericalTriangle,
+};
 use crate::{
     math::{DVec3, Vec3},
     spectrum::Spectrum,
@@ -66,6 +69,18 @@ impl RectangleLight {
     }
 }
 
+impl RectangleLight {
+    /// Relative to the circle's point: the corner, and the planes through it and the edges at v = 0, u = 1, v = 1, u = 0.
+    #[inline]
+    fn on_circle(&self, circle: &LightCircle) -> Option<(Facing, DVec3, [DVec3; 4])> {
+        let (corner, u, v) = (self.corner.as_dvec3(), self.u.as_dvec3(), self.v.as_dvec3());
+        let (cross, corners) = (u.cross(v), [corner, corner + u, corner + u + v, corner + v]);
+        let facing = Facing::new(&circle.context(), &corners, cross, self.two_sided)?;
+        let relative = corners.map(|c| c - circle.point.as_dvec3());
+        Some((facing, relative[0], edge_planes(&relative, cross)))
+    }
+}
+
 impl Emitter for RectangleLight {
     #[inline]
     fn radiance(&self) -> Spectrum {
@@ -91,6 +106,20 @@ impl Emitter for RectangleLight {
     #[inline]
     fn pdf(&self, ctx: &LightContext, _wi: Vec3, _distance: f32) -> f32 {
         self.view(ctx).and_then(|(_, _, solid_angle)| finite_density(1.0 / solid_angle)).unwrap_or(0.0)
+    }
+
+    fn arcs(&self, circle: &LightCircle) -> Arcs {
+        self.on_circle(circle).map_or_else(Arcs::default, |(_, _, planes)| circle.arcs_of_polygon(&planes))
+    }
+
+    /// Between opposite edges the point divides the distance as it does those from their planes.
+    fn reach(&self, circle: &LightCircle, phi: f64) -> Option<Reached> {
+        let (facing, corner, planes) = self.on_circle(circle)?;
+        let direction = circle.direction(phi);
+        let [bottom, right, top, left] = planes.map(|plane| plane.dot(direction).max(0.0));
+        let at = [left / (left + right), bottom / (bottom + top)];
+        let offset = corner + self.u.as_dvec3() * at[0] + self.v.as_dvec3() * at[1];
+        offset.is_finite().then(|| Reached { target: facing.target(offset), at: at.map(|a| a as f32) })
     }
 }
 

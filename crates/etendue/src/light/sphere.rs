@@ -1,6 +1,8 @@
 //! Emissive spheres and ellipsoids.
 
-use super::{Emitter, LightContext, LightSample, environment, finite_density, margin, max_abs};
+use super::{
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, environment, finite_density, margin, max_abs,
+};
 use crate::{
     bsdf::Density,
     math::{DMat3, DVec3, Frame, Vec3, sin_cos_turns, vec3},
@@ -66,6 +68,15 @@ impl Cone {
     }
 }
 
+impl View {
+    /// True if the point at `distance` along `direction`, a unit vector of the world in the sphere's space, is on the side that
+    /// faces the context.
+    #[inline]
+    fn is_near(&self, direction: DVec3, distance: f32) -> bool {
+        (self.point + direction * f64::from(distance)).dot(direction) <= 0.0
+    }
+}
+
 impl SphereLight {
     /// A sphere of `radius` metres that emits outward.
     pub fn round(center: Vec3, radius: f32, radiance: Spectrum) -> Self {
@@ -110,18 +121,55 @@ impl SphereLight {
         Some(View { map, inverse, volume, point, distance, margin, side })
     }
 
+    /// The end of a shadow ray to the point `surface` of the unit sphere; `sign` is 1 if the context is outside.
+    #[inline]
+    fn target(&self, view: &View, surface: DVec3, sign: f64) -> Vec3 {
+        let normal = (view.inverse.transpose() * surface).normalize();
+        (self.center.as_dvec3() + view.map * surface + normal * (sign * view.margin)).as_vec3()
+    }
+
     /// A sample at the point `surface` of the unit sphere, in direction `wi`; `sign` is 1 if the context is outside.
     #[inline]
     fn at(&self, view: &View, surface: DVec3, wi: Vec3, sign: f64, density: f32) -> LightSample {
-        let normal = (view.inverse.transpose() * surface).normalize();
-        let target = self.center.as_dvec3() + view.map * surface + normal * (sign * view.margin);
-        LightSample {
-            wi,
-            at: [0.0; 2],
-            target: Some(target.as_vec3()),
-            radiance: self.radiance,
-            density: Density::SolidAngle(density),
-        }
+        let target = Some(self.target(view, surface, sign));
+        LightSample { wi, at: [0.0; 2], target, radiance: self.radiance, density: Density::SolidAngle(density) }
+    }
+
+    /// True unless the point at `distance` along `wi` is on the far side, seen from outside through a near side that is not
+    /// there.
+    pub(super) fn is_nearest(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> bool {
+        let Some(view) = self.view(ctx) else { return false };
+        let direction = view.inverse * wi.as_dvec3();
+        view.side != Side::Outside || view.is_near(direction, distance)
+    }
+
+    /// True for the image of a sphere under a similarity, within the rounding of its axes.
+    fn is_round(&self) -> bool {
+        let [x, y, z] = self.axes.map(|a| a.as_dvec3());
+        let squared = (x.length_squared() + y.length_squared() + z.length_squared()) / 3.0;
+        let off = [x.dot(y), y.dot(z), z.dot(x), x.length_squared() - squared, y.length_squared() - squared];
+        off.iter().all(|off| off.abs() <= 1e-6 * squared)
+    }
+
+    /// From a point inside along the unit vector `direction` of the sphere's space: where it meets the far side.
+    #[inline]
+    fn far_side(view: &View, direction: DVec3) -> DVec3 {
+        let along = view.point.dot(direction);
+        // Not positive but for rounding.
+        let constant = ((view.distance - 1.0) * (view.distance + 1.0)).min(0.0);
+        let root = (along * along - constant).sqrt();
+        let length = if along > 0.0 { -constant / (along + root) } else { root - along };
+        (view.point + direction * length).normalize()
+    }
+
+    /// From a point outside: the near side. A ray that just misses the sphere meets where it passes closest.
+    #[inline]
+    fn near_side(view: &View, direction: DVec3) -> DVec3 {
+        let along = -view.point.dot(direction);
+        let missed = (view.point + direction * along).length_squared();
+        let root = (1.0 - missed).max(0.0).sqrt();
+        let length = (view.distance - 1.0) * (view.distance + 1.0) / (along + root);
+        (view.point + direction * length).normalize()
     }
 
     #[inline]
@@ -151,15 +199,10 @@ impl SphereLight {
     fn sample_inside(&self, ctx: &LightContext, view: &View, u: [f32; 2]) -> Option<LightSample> {
         let (wi, density) = environment::sample_direction(ctx, u)?;
         let direction = (view.inverse * wi.as_dvec3()).normalize();
-        let along = view.point.dot(direction);
-        if view.side == Side::On && along >= 0.0 {
+        if view.side == Side::On && view.point.dot(direction) >= 0.0 {
             return None;
         }
-        // The far root; the constant is not positive but for rounding.
-        let constant = ((view.distance - 1.0) * (view.distance + 1.0)).min(0.0);
-        let root = (along * along - constant).sqrt();
-        let length = if along > 0.0 { -constant / (along + root) } else { root - along };
-        Some(self.at(view, (view.point + direction * length).normalize(), wi, -1.0, density))
+        Some(self.at(view, Self::far_side(view, direction), wi, -1.0, density))
     }
 }
 
@@ -202,12 +245,33 @@ impl Emitter for SphereLight {
             return environment::direction_pdf(ctx, wi);
         }
         let direction = view.inverse * wi.as_dvec3();
-        let hit = view.point + direction * f64::from(distance);
-        if hit.dot(direction) > 0.0 {
+        if !view.is_near(direction, distance) {
             return 0.0; // the far side, through a near side that is not there
         }
         let squeeze = direction.length();
         let solid_angle = 2.0 * PI * Cone::new(view.distance).versine;
         finite_density(1.0 / (solid_angle * view.volume * squeeze * squeeze * squeeze)).unwrap_or(0.0)
+    }
+
+    /// From inside the sphere is all around. From outside an ellipsoid's outline is no circle: it is left to the lobe.
+    fn arcs(&self, circle: &LightCircle) -> Arcs {
+        match self.view(&circle.context()) {
+            Some(view) if view.side == Side::Inside => Arcs::half(),
+            Some(view) if view.side == Side::Outside && self.is_round() => {
+                let axis = (self.center.as_dvec3() - circle.point.as_dvec3()).normalize();
+                circle.arcs_of_cone(axis, Cone::new(view.distance).versine)
+            }
+            _ => Arcs::default(),
+        }
+    }
+
+    fn reach(&self, circle: &LightCircle, phi: f64) -> Option<Reached> {
+        let view = self.view(&circle.context())?;
+        let direction = (view.inverse * circle.direction(phi)).normalize();
+        let (surface, sign) = match view.side {
+            Side::Outside => (Self::near_side(&view, direction), 1.0),
+            Side::On | Side::Inside => (Self::far_side(&view, direction), -1.0),
+        };
+        surface.is_finite().then(|| Reached { target: self.target(&view, surface, sign), at: [0.0; 2] })
     }
 }

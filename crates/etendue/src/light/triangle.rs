@@ -1,6 +1,9 @@
 //! Emissive triangles.
 
-use super::{Emitter, LightContext, LightSample, finite_density, planar::Facing, spherical::SphericalTriangle};
+use super::{
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density,
+    planar::Facing, spherical::SphericalTriangle,
+};
 use crate::{
     math::{DVec3, Vec3},
     spectrum::Spectrum,
@@ -34,6 +37,18 @@ impl TriangleLight {
     }
 }
 
+impl TriangleLight {
+    /// Relative to the circle's point: the corners, and the planes through it and the edges from each.
+    #[inline]
+    fn on_circle(&self, circle: &LightCircle) -> Option<(Facing, [DVec3; 3], [DVec3; 3])> {
+        let vertices = self.vertices.map(|v| v.as_dvec3());
+        let cross = Self::cross(vertices);
+        let facing = Facing::new(&circle.context(), &vertices, cross, self.two_sided)?;
+        let relative = vertices.map(|v| v - circle.point.as_dvec3());
+        Some((facing, relative, edge_planes(&relative, cross)))
+    }
+}
+
 impl Emitter for TriangleLight {
     #[inline]
     fn radiance(&self) -> Spectrum {
@@ -55,5 +70,20 @@ impl Emitter for TriangleLight {
     #[inline]
     fn pdf(&self, ctx: &LightContext, _wi: Vec3, _distance: f32) -> f32 {
         self.view(ctx).and_then(|(_, triangle, _)| finite_density(1.0 / triangle.solid_angle)).unwrap_or(0.0)
+    }
+
+    fn arcs(&self, circle: &LightCircle) -> Arcs {
+        self.on_circle(circle).map_or_else(Arcs::default, |(_, _, planes)| circle.arcs_of_polygon(&planes))
+    }
+
+    /// A corner's weight is in proportion to the distance from the plane of the edge across.
+    fn reach(&self, circle: &LightCircle, phi: f64) -> Option<Reached> {
+        let (facing, [a, b, c], planes) = self.on_circle(circle)?;
+        let direction = circle.direction(phi);
+        let [wc, wa, wb] = planes.map(|plane| plane.dot(direction).max(0.0));
+        let sum = wa + wb + wc;
+        let offset = (a * wa + b * wb + c * wc) / sum;
+        let at = [(wb / sum) as f32, (wc / sum) as f32];
+        offset.is_finite().then(|| Reached { target: facing.target(offset), at })
     }
 }

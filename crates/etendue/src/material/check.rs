@@ -1,10 +1,10 @@
 //! Ranges and energy of materials.
 
 use super::{
-    Color, Emission, Material, Number, Relief, Scattering,
-    scattering::{INDEX_RANGE, UNIT},
+    Color, Emission, Material, Number, Relief, Scattering, Tangent,
+    scattering::{ANGLE, INDEX_RANGE, UNIT},
 };
-use crate::spectrum::Spectrum;
+use crate::{math::DVec3, spectrum::Spectrum};
 use std::ops::RangeInclusive;
 
 /// How far a sum of albedos may pass 1 by rounding.
@@ -103,6 +103,8 @@ impl<T> Material<T> {
             check.color("radiance", radiance.factor, 0.0..=f32::INFINITY)?;
         }
         number("opacity", UNIT, &self.opacity)?;
+        number("tangent", ANGLE, &self.tangent.rotation)?;
+        check_tangent(&check, self.tangent.direction)?;
         let any = f32::NEG_INFINITY..=f32::INFINITY;
         match &self.relief {
             None => Ok(()),
@@ -110,6 +112,18 @@ impl<T> Material<T> {
             Some(Relief::Normals { scale, .. }) => check.number("normal_scale", *scale, any),
         }
     }
+}
+
+/// Points are finite, and directions have a length.
+fn check_tangent(check: &Check, tangent: Tangent) -> Result<(), MaterialError> {
+    let (center, direction) = match tangent {
+        Tangent::Uv => (None, None),
+        Tangent::Constant(direction) => (None, Some(direction)),
+        Tangent::Radial { center, axis } | Tangent::Tangential { center, axis } => (Some(center), axis),
+    };
+    let length = |v: DVec3| v.length() as f32;
+    center.map_or(Ok(()), |center| check.number("tangent", length(center), 0.0..=f32::INFINITY))?;
+    direction.map_or(Ok(()), |v| check.number("tangent", length(v), f32::MIN_POSITIVE..=f32::INFINITY))
 }
 
 /// What several parameters must keep together.

@@ -3,10 +3,11 @@
 use super::{Color, Number};
 use crate::{
     bsdf::{
-        Bsdf, Diffuse, Glass, Mirror, Mtl, Phong, PhongLobes, Principled, PrincipledParameters, RoughGlass, RoughMetal,
+        BrushedMetal, Bsdf, Diffuse, Glass, GrooveForm, Mirror, Mtl, Phong, PhongLobes, Principled,
+        PrincipledParameters, RoughGlass, RoughMetal,
     },
-    math::Vec2,
     spectrum::Spectrum,
+    texture::Lookup,
 };
 use std::{convert::Infallible, ops::RangeInclusive};
 
@@ -60,6 +61,15 @@ pub enum Scattering<C = Spectrum, N = f32> {
         /// Multiplies what is refracted.
         transmission_tint: C,
     },
+    /// Grooves that scatter into a circle of directions. See [`BrushedMetal`].
+    BrushedMetal {
+        /// In [0, 1].
+        reflectance: C,
+        /// Power k of the cosine of the grooves' walls' tilts, from 0 to 1e9: the larger, the narrower the lobe.
+        exponent: N,
+        /// What happens towards the horizon.
+        form: GrooveForm,
+    },
     /// What an MTL file's `Kd Ks Ns Tf Ni d` imply, as an energy-conserving mixture of a diffuse, a specular (mirror or
     /// GGX) and a refracting lobe; each channel's albedos are scaled down together where they sum to more than 1.
     Mtl {
@@ -89,10 +99,10 @@ pub const INDEX_RANGE: RangeInclusive<f32> = 1e-3..=1e3;
 pub(super) const UNIT: RangeInclusive<f32> = 0.0..=1.0;
 /// Components of a metal's index of refraction.
 const METAL: RangeInclusive<f32> = 0.0..=1e3;
-/// Exponents of Phong's lobes.
+/// Exponents of lobes that are powers of a cosine.
 const EXPONENT: RangeInclusive<f32> = 0.0..=1e9;
 /// Radians: beyond, a turn more or less would be lost in rounding.
-const ANGLE: RangeInclusive<f32> = -1e3..=1e3;
+pub(super) const ANGLE: RangeInclusive<f32> = -1e3..=1e3;
 
 impl<C, N> Scattering<C, N> {
     /// Maps every parameter, given its name, the range of its values, and itself. This is the one list of parameters.
@@ -131,6 +141,11 @@ impl<C, N> Scattering<C, N> {
                 reflection_tint: color("reflection_tint", UNIT, reflection_tint)?,
                 transmission_tint: color("transmission_tint", UNIT, transmission_tint)?,
             },
+            Self::BrushedMetal { reflectance, exponent, form } => Scattering::BrushedMetal {
+                reflectance: color("reflectance", UNIT, reflectance)?,
+                exponent: number("exponent", EXPONENT, exponent)?,
+                form: *form,
+            },
             Self::Mtl { diffuse, specular, alpha, transmission, ior } => Scattering::Mtl {
                 diffuse: color("diffuse", UNIT, diffuse)?,
                 specular: color("specular", UNIT, specular)?,
@@ -166,6 +181,27 @@ impl<C, N> Scattering<C, N> {
     }
 }
 
+impl<C, N> Scattering<C, N> {
+    /// The index of refraction, where light goes from one medium into another.
+    pub fn ior(&self) -> Option<&N> {
+        match self {
+            Self::Glass { ior, thin: false, .. } | Self::RoughGlass { ior, .. } | Self::Mtl { ior, .. } => Some(ior),
+            Self::Phong(lobes) => Some(&lobes.ior),
+            Self::Principled(parameters) => Some(&parameters.ior),
+            _ => None,
+        }
+    }
+
+    fn ior_mut(&mut self) -> Option<&mut N> {
+        match self {
+            Self::Glass { ior, thin: false, .. } | Self::RoughGlass { ior, .. } | Self::Mtl { ior, .. } => Some(ior),
+            Self::Phong(lobes) => Some(&mut lobes.ior),
+            Self::Principled(parameters) => Some(&mut parameters.ior),
+            _ => None,
+        }
+    }
+}
+
 impl<T> Scattering<Color<T>, Number<T>> {
     /// The values, if no parameter has a texture.
     pub fn constant(&self) -> Option<Scattering> {
@@ -183,16 +219,16 @@ impl<T> From<Scattering> for Scattering<Color<T>, Number<T>> {
 }
 
 impl Scattering<Color, Number> {
-    /// The values at texture coordinates, brought into their ranges.
+    /// The values at a point, brought into their ranges.
     #[inline]
-    pub fn at(&self, uv: Vec2) -> Scattering {
+    pub fn at(&self, at: &Lookup) -> Scattering {
         let clamp = |value: f32, range: &RangeInclusive<f32>| {
             // Not `clamp`: a texture's value that is not a number becomes the least.
             value.max(*range.start()).min(*range.end())
         };
         let mapped = self.try_map(
-            |_, range, color| Ok::<_, Infallible>(color.at(uv).map(|value| clamp(value, &range))),
-            |_, range, number| Ok(clamp(number.at(uv), &range)),
+            |_, range, color| Ok::<_, Infallible>(color.at(at).map(|value| clamp(value, &range))),
+            |_, range, number| Ok(clamp(number.at(at), &range)),
         );
         mapped.unwrap_or_else(|never| match never {}).conserving()
     }
@@ -211,6 +247,15 @@ impl Scattering {
         }
     }
 
+    /// The same for a body that lies in surroundings with this index of refraction.
+    #[inline]
+    pub fn within(mut self, surroundings: f32) -> Self {
+        if let Some(ior) = self.ior_mut() {
+            *ior = (*ior / surroundings).clamp(*INDEX_RANGE.start(), *INDEX_RANGE.end());
+        }
+        self
+    }
+
     /// How a point with these values scatters. Meant for values in their ranges.
     #[inline]
     pub fn bsdf(&self) -> Bsdf {
@@ -226,6 +271,9 @@ impl Scattering {
                     Ok(rough) => Bsdf::RoughGlass(rough),
                     Err(smooth) => Bsdf::Glass(smooth),
                 }
+            }
+            Self::BrushedMetal { reflectance, exponent, form } => {
+                Bsdf::BrushedMetal(BrushedMetal::new(reflectance, exponent, form))
             }
             Self::Mtl { diffuse, specular, alpha, transmission, ior } => {
                 Bsdf::Mtl(Mtl::new(diffuse, specular, alpha, transmission, ior))

@@ -5,6 +5,7 @@
 //! added later, a crop equals the crop of the whole, and one sample can be traced again alone. Samples with an even and
 //! with an odd index are two halves with independent scrambling, from whose difference the error is known.
 
+mod cosine_power;
 mod distribution;
 mod filter;
 mod filter_table;
@@ -21,6 +22,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::film::UnknownName;
+pub use cosine_power::CosinePower;
 pub use distribution::{Choice, Distribution1D, DistributionError};
 pub use filter::{Filter, FilterSampler};
 pub use grid::{Cell, Distribution2D};
@@ -58,6 +60,16 @@ pub enum Slot {
     Roulette,
     /// Phase function or other scattering in a medium (2D).
     Phase,
+    /// What is in the way of a light sample (a stream).
+    LightPath,
+    /// Which light an equiangular distance is about (1D).
+    EquiangularLight,
+    /// Equiangular distance in a medium (1D).
+    EquiangularDistance,
+    /// Point on the light for an equiangular distance (2D).
+    EquiangularPosition,
+    /// What is in the way to an equiangular distance, and from there to the light (a stream).
+    EquiangularPath,
 }
 
 /// One sample of one pixel: all that random numbers may depend on, but for the dimension.

@@ -4,18 +4,22 @@ mod build;
 mod distant;
 mod emission_map;
 mod emitters;
+mod interiors;
 mod parts;
 
 pub use build::{AcceleratorSettings, SceneError};
+pub use interiors::MAX_NESTED;
+pub(crate) use interiors::{BodyStack, Interiors, Meeting, is_entering};
 pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
     bsdf::Bsdf,
-    light::{LightContext, LightSample, LightTable},
+    light::{LightCircle, LightContext, LightSample, LightTable},
     material::Material,
-    math::{DVec3, Vec2, Vec3},
+    math::{DVec3, Frame, Vec2, Vec3},
     spectrum::Spectrum,
     surface::{self, Chart, MeshData, NO_LIGHT, SurfacePoint},
+    texture::Lookup,
 };
 use emitters::{Cut, VariedLights};
 use etendue_accel::{Accelerator, Hit, Ray, Transform};
@@ -25,6 +29,8 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) struct Placement {
     pub primitives: Primitives,
+    /// From the world (relative to the scene's centre) to the object's own space, before its transform: rows.
+    pub to_own: [[f32; 4]; 3],
     /// `None` where the primitives are in world space already.
     pub transform: Option<Transform>,
     /// Materials of the object; at least one.
@@ -115,8 +121,10 @@ pub struct Scene {
     bsdfs: Vec<Option<Bsdf>>,
     lights: LightTable,
     varied: VariedLights,
+    interiors: Interiors,
     accelerator: Accelerator,
     opaque: bool,
+    filters: bool,
     has_delta_lights: bool,
     stats: SceneStats,
 }
@@ -141,8 +149,20 @@ impl Scene {
     /// where a light's emission or opacity has a texture (the lights of the table have means).
     #[inline]
     pub fn sample_light(&self, ctx: &LightContext, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
-        let index = self.lights.select(u_select)?;
+        self.sample_chosen_light(ctx, self.lights.select(u_select)?, u)
+    }
+
+    /// As [`Self::sample_light`], towards light `index`, which [`LightTable::select`] has chosen.
+    #[inline]
+    pub fn sample_chosen_light(&self, ctx: &LightContext, index: u32, u: [f32; 2]) -> Option<LightSample> {
         let sample = self.lights.sample_chosen(ctx, index, u)?;
+        Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
+    }
+
+    /// A direction of a circle towards a light, as [`LightTable::sample_circle`], with the radiance at the sampled point.
+    #[inline(never)]
+    pub fn sample_light_circle(&self, circle: &LightCircle, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
+        let (index, sample) = self.lights.sample_circle(circle, u_select, u)?;
         Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
     }
 
@@ -157,9 +177,20 @@ impl Scene {
         self.opaque
     }
 
+    /// True if some texture looks different from afar, so that paths need a cone.
+    #[inline]
+    pub fn filters_textures(&self) -> bool {
+        self.filters
+    }
+
     /// True if some lights can be found by sampling only (`brute` does not see them).
     pub fn has_delta_lights(&self) -> bool {
         self.has_delta_lights
+    }
+
+    /// What fills space, and where.
+    pub(crate) fn interiors(&self) -> &Interiors {
+        &self.interiors
     }
 
     /// The materials, as given.
@@ -179,20 +210,46 @@ impl Scene {
         surface::surface_point(&self.placements[hit.id.instance as usize], ray, hit)
     }
 
-    /// Scattering at a hit, textures looked up.
+    /// Scattering at a point, textures looked up. `surroundings` is the index of refraction around a body that has its own,
+    /// else 1.
     // Kept out of the loop over vertices, most of which do without.
     #[inline(never)]
-    pub fn bsdf_at(&self, point: &SurfacePoint, hit: &Hit) -> Bsdf {
-        self.materials[point.material as usize].bsdf(self.texture_coordinates(point, hit))
+    pub fn bsdf_within(&self, point: &SurfacePoint, at: &Lookup, surroundings: f32) -> Bsdf {
+        self.materials[point.material as usize].scattering.at(at).within(surroundings).bsdf()
     }
 
-    /// Shading normal at a hit with the relief of its material, unit length.
+    /// Shading normal at a hit with the relief of its material, unit length; `None` where there is no relief.
     #[inline(never)]
-    pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit) -> Vec3 {
-        match &self.materials[point.material as usize].relief {
-            None => point.shading_normal,
-            Some(relief) => relief.normal(point.shading_normal, &self.chart(point, hit)),
-        }
+    pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit, at: &Lookup) -> Option<Vec3> {
+        let relief = self.materials[point.material as usize].relief.as_ref()?;
+        Some(relief.normal(point.shading_normal, at, &self.chart(point, hit)))
+    }
+
+    /// The shading frame at a hit for a BSDF that has directions, about the point's shading normal.
+    #[inline(never)]
+    pub fn directed_frame(&self, point: &SurfacePoint, hit: &Hit) -> Frame {
+        let field = &self.materials[point.material as usize].tangent;
+        let position = self.center + point.position.as_dvec3();
+        field.frame(position, point.shading_normal, || self.chart(point, hit), || self.lookup(point, hit))
+    }
+
+    /// Where textures are looked up at a hit, as a point.
+    #[inline(never)]
+    pub fn lookup(&self, point: &SurfacePoint, hit: &Hit) -> Lookup {
+        surface::lookup(&self.placements[hit.id.instance as usize], hit.id.primitive, [hit.u, hit.v], point.position)
+    }
+
+    /// Where textures are looked up at a hit, and over how much of the surface: what a cone about the path covers whose
+    /// diameter there is `width`, metres, seen from the unit vector `wo`.
+    #[inline(never)]
+    pub fn lookup_over(&self, point: &SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> Lookup {
+        surface::lookup_over(&self.placements[hit.id.instance as usize], point, hit, wo, width)
+    }
+
+    /// The point of the smooth surface that a mesh's vertex normals stand for, where that lies above the facet on a side, 1 or
+    /// -1 (the back).
+    pub(crate) fn lifted(&self, point: &SurfacePoint, hit: &Hit, side: f32) -> Option<Vec3> {
+        surface::lifted(&self.placements[hit.id.instance as usize], point, hit, side)
     }
 
     /// Texture coordinates of a hit.
@@ -213,7 +270,7 @@ impl Scene {
         let opacity = &self.materials[point.material as usize].opacity;
         let value = match &opacity.texture {
             None => opacity.factor,
-            Some(_) => opacity.at(self.texture_coordinates(point, hit)),
+            Some(_) => opacity.at(&self.lookup(point, hit)),
         };
         value.clamp(0.0, 1.0)
     }

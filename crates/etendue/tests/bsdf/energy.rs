@@ -52,7 +52,7 @@ fn albedo_by_uniform_directions_equals_albedo_by_sampling() {
                 uniform.push(f64::from(case.bsdf.eval(wo, wi).value.mean()) * 4.0 * std::f64::consts::PI);
                 sampled.push(draw(&case.bsdf, wo, &mut rng).map_or(0.0, |s| match s.density {
                     etendue::bsdf::Density::SolidAngle(_) => f64::from(s.weight.mean()),
-                    etendue::bsdf::Density::Discrete(_) => 0.0,
+                    _ => 0.0,
                 }));
             }
             ttest::welch(&uniform, &sampled).assert(level, &format!("{} from {wo}", case.name));

@@ -101,7 +101,7 @@ fn check(bsdf: &Bsdf, wo: Vec3, wi: Vec3, u_lobe: f32, u: [f32; 2], what: &dyn s
     assert!(!flat || value.is_black(), "{what:?}: {wo} {wi}: {value:?}");
     let Some(sample) = bsdf.sample(wo, u_lobe, u) else { return };
     assert!(wo.z != 0.0, "{what:?}: {wo} scatters");
-    let (Density::SolidAngle(density) | Density::Discrete(density)) = sample.density;
+    let density = sample.density.value();
     assert!(sound(sample.weight) && density.is_finite() && density > 0.0, "{what:?}: {wo}: {sample:?}");
     assert!((sample.wi.length() - 1.0).abs() < 1e-5, "{what:?}: {wo}: {sample:?}");
     let crossed = sample.wi.z.is_sign_positive() != wo.z.is_sign_positive();

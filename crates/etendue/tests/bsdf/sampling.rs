@@ -42,6 +42,8 @@ fn samples_follow_their_density() {
                 None => Drawn::Nothing,
                 Some(sample) => match sample.density {
                     Density::SolidAngle(_) => Drawn::Point(sample.wi.to_array().map(f64::from)),
+                    // Tested in its own measure in brushed_metal.rs.
+                    Density::Arc(_) => Drawn::Nothing,
                     Density::Discrete(_) => Drawn::Discrete(usize::from(sample.transmitted)),
                 },
             };

@@ -147,7 +147,7 @@ fn is_visible(case: &Case) -> bool {
 fn solid_angle_density(sample: &LightSample) -> f64 {
     match sample.density {
         Density::SolidAngle(density) => density.into(),
-        Density::Discrete(_) => panic!("a density per solid angle was expected"),
+        _ => panic!("a density per solid angle was expected"),
     }
 }
 

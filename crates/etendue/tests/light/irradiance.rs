@@ -5,7 +5,6 @@ use super::{
     double, samples,
 };
 use etendue::{
-    bsdf::Density,
     light::{Light, LightContext, LightSample, SphereLight},
     math::{DMat3, DVec3, Vec3},
 };
@@ -15,7 +14,7 @@ use std::f64::consts::PI;
 /// What the sample adds to the irradiance in the first channel, on one side of the normal.
 pub fn gathered(sample: Option<LightSample>, normal: DVec3) -> f64 {
     let Some(sample) = sample else { return 0.0 };
-    let (Density::SolidAngle(density) | Density::Discrete(density)) = sample.density;
+    let density = sample.density.value();
     f64::from(sample.radiance[0]) * double(sample.wi).dot(normal).max(0.0) / f64::from(density)
 }
 

@@ -2,7 +2,6 @@
 
 use super::{cases, double, samples};
 use etendue::{
-    bsdf::Density,
     light::{
         ConstantEnvironment, DirectionalLight, ImageEnvironment, Light, LightContext, PointLightSource, RadianceMap,
         RectangleLight, SphereLight, SpotLight, TriangleLight,
@@ -104,7 +103,7 @@ fn ugly_context(rng: &mut Rng, light: &Light) -> LightContext {
 
 fn check(light: &Light, ctx: &LightContext, u: [f32; 2]) -> bool {
     let Some(sample) = light.sample(ctx, u) else { return false };
-    let (Density::SolidAngle(density) | Density::Discrete(density)) = sample.density;
+    let density = sample.density.value();
     let fine = density > 0.0
         && density.is_finite()
         && sample.radiance.is_finite()
