@@ -140,8 +140,9 @@ impl Reader<'_> {
         for (number, object) in objects.iter().enumerate() {
             let known = self.sources.ids().count();
             if !meshes.contains_key(&object.path) {
-                let Some(mesh) = self.mesh(object) else { continue };
-                replaced.insert(object.path.clone(), materials.add(&mesh, &self.search, self.sources, &mut self.found));
+                let Some(mut mesh) = self.mesh(object) else { continue };
+                let stated = materials.add(&mut mesh, &self.search, self.sources, &mut self.found);
+                replaced.insert(object.path.clone(), stated);
                 meshes.insert(object.path.clone(), mesh);
             }
             if number == 0 {

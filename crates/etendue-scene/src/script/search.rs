@@ -5,7 +5,10 @@ use crate::{
     description::Located,
     find_file::{find_file, ignoring_case},
 };
-use std::path::{Path, PathBuf, absolute};
+use std::{
+    env::current_dir,
+    path::{Path, PathBuf},
+};
 
 /// Folders above the script's that are looked into.
 const FOLDERS_ABOVE: usize = 4;
@@ -22,8 +25,8 @@ impl Search {
     /// For a script at `path`.
     pub fn new(path: &Path) -> Self {
         let own = path.parent().unwrap_or(Path::new("")).to_owned();
-        let here = absolute("").unwrap_or_default();
-        let full = absolute(&own).unwrap_or_else(|_| here.clone());
+        let here = current_dir().unwrap_or_default();
+        let full = here.join(&own);
         let above = full.ancestors().skip(1).take(FOLDERS_ABOVE).map(|folder| match folder.strip_prefix(&here) {
             Ok(relative) if own.is_relative() => relative.to_owned(),
             _ => folder.to_owned(),
