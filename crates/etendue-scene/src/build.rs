@@ -227,6 +227,26 @@ impl<'a> Builder<'a> {
         Some(vec![index; own.len().max(1)])
     }
 
+    fn are_colored(&self, pieces: &[Piece]) -> bool {
+        pieces.iter().any(|piece| match &self.parts.shapes[piece.shape] {
+            Shape::Mesh(mesh) => mesh.colors.is_some(),
+            Shape::Sphere { .. } | Shape::Rectangle { .. } => false,
+        })
+    }
+
+    /// A diffuse material of vertex colours.
+    fn colored(&mut self) -> usize {
+        let materials = &mut self.parts.materials;
+        *self.colored_material.get_or_insert_with(|| {
+            let texture = Some(Arc::new(Texture::of(Pattern::VertexColor)));
+            let reflectance = Color { factor: Spectrum::ONE, texture };
+            let mut material = crate::read::default_material();
+            material.scattering = Scattering::Diffuse { reflectance, transmittance: Spectrum::BLACK.into() };
+            materials.push(material);
+            materials.len() - 1
+        })
+    }
+
     /// The index of a material of the scene.
     fn material(&mut self, name: &Located<String>) -> Option<usize> {
         let index = self.materials.get(name.value.as_str()).copied();
@@ -252,26 +272,6 @@ impl<'a> Builder<'a> {
             places.into_iter().for_each(|place| materials[place] = other);
         }
         Some(materials)
-    }
-
-    fn are_colored(&self, pieces: &[Piece]) -> bool {
-        pieces.iter().any(|piece| match &self.parts.shapes[piece.shape] {
-            Shape::Mesh(mesh) => mesh.colors.is_some(),
-            Shape::Sphere { .. } | Shape::Rectangle { .. } => false,
-        })
-    }
-
-    /// A diffuse material of vertex colours.
-    fn colored(&mut self) -> usize {
-        let materials = &mut self.parts.materials;
-        *self.colored_material.get_or_insert_with(|| {
-            let texture = Some(Arc::new(Texture::of(Pattern::VertexColor)));
-            let reflectance = Color { factor: Spectrum::ONE, texture };
-            let mut material = crate::read::default_material();
-            material.scattering = Scattering::Diffuse { reflectance, transmittance: Spectrum::BLACK.into() };
-            materials.push(material);
-            materials.len() - 1
-        })
     }
 
     fn grey(&mut self) -> usize {

@@ -316,6 +316,8 @@ pub struct IntegratorRecord {
 pub struct MaterialRecord {
     /// The material, with its name.
     pub material: Material<TextureRecord>,
+    /// Where the name of its interior is, if it has one.
+    pub interior: Option<Origin>,
     /// Where its name is.
     pub origin: Origin,
 }

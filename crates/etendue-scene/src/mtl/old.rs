@@ -6,15 +6,11 @@ use super::{
     mapping::{BUMP_HEIGHT, LAMP, lamp},
     record::Record,
 };
-use crate::{
-    FileId, Span,
-    description::{ImageRecord, TextureRecord},
-    mesh_file::NamedMaterial,
-};
+use crate::{FileId, Span, description::TextureRecord, mesh_file::NamedMaterial};
 use etendue::{
     material::{Material, Parameter, Relief, Scattering},
     spectrum::Spectrum,
-    texture::Transfer,
+    texture::{Mapping, Pattern, Transfer},
 };
 
 /// What names the medium that fills the world.
@@ -59,7 +55,7 @@ impl OldMaterial {
         } else {
             (material.scattering, _) = dialect::material(record, &mut |_, _| {});
             if let Some(map) = record.map(Key::Bump) {
-                let height = Parameter { factor: BUMP_HEIGHT * map.bump, texture: Some(map.texture()) };
+                let height = Parameter { factor: BUMP_HEIGHT * map.bump, texture: Some(map.data()) };
                 material.relief = Some(Relief::Bump { height });
             }
         }
@@ -78,8 +74,11 @@ impl OldMaterial {
             used_as = OldUse::Medium { rate, albedo: Spectrum(record.colour(Key::Diffuse).unwrap_or_default()) };
         }
         let material = material.map_textures(&mut |texture: &TextureRecord, _| {
-            let as_stored = |image: &ImageRecord| ImageRecord { transfer: Some(Transfer::Linear), ..image.clone() };
-            texture.try_map(Transfer::Linear, &mut |image, _| Some(as_stored(image)))
+            let mut pattern = texture.pattern.clone();
+            if let Pattern::Image(image) = &mut pattern {
+                image.transfer = Some(Transfer::Linear);
+            }
+            Some(TextureRecord { pattern, mapping: Mapping::default() })
         });
         let origin = Some(Span::new(file, record.place.clone()).into());
         let named = NamedMaterial { name: record.name.clone(), material: Box::new(material), origin };

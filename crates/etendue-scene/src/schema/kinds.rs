@@ -1,8 +1,8 @@
 //! What values each key of a scene file takes.
 
 use crate::read::{
-    Bounds, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS, PATTERNS, SEGMENTS, SUN_SIZES,
-    TURBIDITIES, ZONES,
+    Bounds, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS, PATTERNS, PRIORITY, SEGMENTS,
+    SUN_SIZES, TURBIDITIES, ZONES,
     keys::{self, Section},
 };
 use etendue::{
@@ -275,7 +275,10 @@ fn material(key: &str) -> Option<Kind> {
             "phong",
             "principled",
             "black",
+            "boundary",
         ]),
+        "interior" => Name,
+        "priority" => Integer(-PRIORITY, PRIORITY),
         "emission" => Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::EMISSION)]),
         "normal_map" => Table(&keys::TEXTURE_REFERENCE),
         "normal_scale" => Number(FAR),

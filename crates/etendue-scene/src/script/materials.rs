@@ -3,12 +3,12 @@
 use super::search::Search;
 use crate::{
     Diagnostic, Diagnostics, FileId, Origin, SourceMap,
-    description::{ImageRecord, TextureRecord},
+    description::TextureRecord,
     find_file::find_file,
     mesh_file::{MeshFile, MeshFormat},
     mtl::{self, OldMaterial, OldUse},
 };
-use etendue::{material::Material, spectrum::Spectrum, texture::Pattern};
+use etendue::{material::Material, spectrum::Spectrum};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -146,12 +146,12 @@ impl Materials {
         search: &Search,
         found: &mut Diagnostics,
     ) -> Option<usize> {
-        let Pattern::Image(ImageRecord { file, .. }) = &texture.pattern else { return None };
-        let name = file.value.to_string_lossy();
+        let image = texture.first_image()?;
+        let name = image.file.value.to_string_lossy();
         let beside = || find_file(folder, &name).ok().map(|(path, _)| path);
         let Some(path) = search.find(&name).or_else(beside) else {
             let warning = Diagnostic::warning(format!("no such file: {}", folder.join(&*name).display()));
-            found.push(warning.at(file.origin.clone()).label("the material goes without it"));
+            found.push(warning.at(image.file.origin.clone()).label("the material goes without it"));
             return None;
         };
         if let Some(known) = self.images.iter().position(|image| image.path == path) {
@@ -159,7 +159,7 @@ impl Materials {
         }
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let name = unused_name(&stem, |name| self.images.iter().any(|image| image.name == name));
-        self.images.push(Image { name, path, origin: file.origin.clone() });
+        self.images.push(Image { name, path, origin: image.file.origin.clone() });
         Some(self.images.len() - 1)
     }
 }

@@ -20,6 +20,7 @@ use crate::{
     mesh_file::{self, MeshFile, MeshFormat, MeshLimits, unknown_kind},
     not_read_yet, read_toml,
 };
+use etendue::texture::Pattern;
 use materials::Materials;
 use search::Search;
 use std::{
@@ -263,12 +264,12 @@ fn replace_origins(description: &mut SceneDescription, place: &dyn Fn(&mut Origi
     }
     for record in &mut description.materials {
         place(&mut record.origin);
-        record.material = record.material.map_textures(&mut |texture, transfer| {
-            texture.try_map(transfer, &mut |image, _| {
-                let mut image = image.clone();
+        record.material = record.material.map_textures(&mut |texture, _| {
+            let mut texture = texture.clone();
+            if let Pattern::Image(image) = &mut texture.pattern {
                 place(&mut image.file.origin);
-                Some(image)
-            })
+            }
+            Some(texture)
         });
     }
     for object in &mut description.objects {
