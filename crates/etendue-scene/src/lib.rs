@@ -31,6 +31,7 @@ pub mod source;
 pub mod stl;
 mod text;
 pub mod value;
+pub mod volume_file;
 mod weld;
 mod write_toml;
 

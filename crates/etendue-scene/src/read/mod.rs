@@ -4,6 +4,7 @@ mod fields;
 pub mod keys;
 mod light;
 mod material;
+mod medium;
 mod object;
 mod references;
 mod settings;
@@ -13,6 +14,7 @@ mod toml_syntax;
 mod values;
 
 pub use material::default_material;
+pub(crate) use medium::{COEFFICIENT, FREE_PATH, MEAN_COSINE, TINT, WEIGHT};
 pub(crate) use object::SEGMENTS;
 pub use references::check_files;
 pub(crate) use settings::MAX_DEPTH;
@@ -21,7 +23,7 @@ pub use values::{Bounds, rotation, sin_cos_degrees};
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Span,
-    description::{MaterialRecord, MeshRecord, SceneDescription},
+    description::{MaterialRecord, MediumRecord, MeshRecord, SceneDescription},
     value::{Data, Entry},
 };
 use fields::{Context, Fields, Item};
@@ -30,7 +32,7 @@ use std::{
     path::Path,
 };
 
-/// Materials, meshes, objects and lights that a scene file may have, of each.
+/// Media, materials, meshes, objects and lights that a scene file may have, of each.
 pub const MAX_RECORDS: usize = 1 << 20;
 
 /// Reads the text of a scene file. `folder` is where its relative file names start. No other file is touched.
@@ -67,6 +69,8 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneD
         integrator: settings::integrator(&fields),
         accelerator: settings::accelerator(&fields),
         environment: light::environment(&fields),
+        media: fields.read("media", media).unwrap_or_default(),
+        world_medium: medium::world(&fields),
         materials: fields.read("materials", materials).unwrap_or_default(),
         meshes: fields.read("meshes", meshes).unwrap_or_default(),
         objects: fields.read("objects", |item| records(item, "objects", object::object)).unwrap_or_default(),
@@ -93,6 +97,10 @@ fn materials(item: Item) -> Option<Vec<MaterialRecord>> {
         origin: entry.origin.clone(),
     };
     Some(named(item, "materials")?.map(record).collect())
+}
+
+fn media(item: Item) -> Option<Vec<MediumRecord>> {
+    Some(named(item, "media")?.map(|(entry, item)| medium::medium(item, entry)).collect())
 }
 
 fn meshes(item: Item) -> Option<Vec<MeshRecord>> {

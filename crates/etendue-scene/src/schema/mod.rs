@@ -12,10 +12,14 @@ pub use kinds::{Kind, kind};
 use serde_json::{Map, Value, json};
 
 /// Keys that a table cannot be without, whatever its type.
-const REQUIRED: [(&str, &str); 10] = [
+const REQUIRED: [(&str, &str); 14] = [
     ("the scene file", "camera"),
     ("[camera]", "position"),
     ("film.filter", "type"),
+    ("[world]", "medium"),
+    ("density", "file"),
+    ("density", "min"),
+    ("density", "max"),
     ("[textures.NAME]", "file"),
     ("[materials.NAME]", "type"),
     ("emission", "radiance"),
