@@ -2,6 +2,7 @@
 
 mod environment;
 mod meshes;
+mod sky;
 mod textures;
 mod view;
 mod volumes;
@@ -17,16 +18,19 @@ use etendue::{
     camera::CameraSettings,
     film::FilmSettings,
     integrator::Integrator,
+    material::{Color, Scattering},
     math::{DAffine3, DVec3},
     sampling::{Filter, Sampler},
     scene::{Object, SceneParts, Shape},
+    spectrum::Spectrum,
+    texture::{Pattern, Texture},
     tonemap::DisplayTransform,
 };
 use etendue_accel::AcceleratorKind;
 pub(crate) use meshes::unknown_ending;
-use meshes::{Geometry, Loader};
+use meshes::{Geometry, Loader, Piece};
 use sha2::{Digest, Sha256};
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 /// Everything a render needs.
 #[derive(Clone, Debug)]
@@ -151,6 +155,7 @@ struct Builder<'a> {
     loader: Loader<'a>,
     materials: BTreeMap<&'a str, usize>,
     default_material: Option<usize>,
+    colored_material: Option<usize>,
     shared: BTreeMap<ShapeKey, usize>,
     relocated: usize,
     limits: &'a Limits,
@@ -169,6 +174,7 @@ impl<'a> Builder<'a> {
             loader: Loader::new(description, sources, limits, loaded),
             materials: materials.iter().enumerate().map(|(i, m)| (m.material.name.as_str(), i)).collect(),
             default_material: None,
+            colored_material: None,
             shared: BTreeMap::new(),
             relocated: 0,
             limits,
@@ -188,7 +194,7 @@ impl<'a> Builder<'a> {
             other => self.simple_shape(other, !record.transform.is_empty()),
         };
         let Some(Geometry { pieces, materials: own }) = geometry else { return };
-        let Some(materials) = self.materials_of(record, &own) else { return };
+        let Some(materials) = self.materials_of(record, &own, &pieces) else { return };
         if self.parts.objects.len() + pieces.len() > self.limits.placed {
             let message = format!("the objects place more than {} shapes", self.limits.placed);
             self.loader.findings.push(Diagnostic::error(message).at(record.origin.clone()));
@@ -209,21 +215,67 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The object's own material for all faces, or the file's materials, or grey.
-    fn materials_of(&mut self, record: &ObjectRecord, own: &[usize]) -> Option<Vec<usize>> {
+    /// The object's own material for all faces, or the file's materials but for those that are replaced, or the mesh's own
+    /// colours, or grey.
+    fn materials_of(&mut self, record: &ObjectRecord, own: &[usize], pieces: &[Piece]) -> Option<Vec<usize>> {
         let index = match &record.material {
-            Some(name) => match self.materials.get(name.value.as_str()) {
-                Some(index) => *index,
-                None => {
-                    let error = Diagnostic::error(format!("no material is called `{}`", name.value));
-                    self.loader.findings.push(error.at(name.origin.clone()));
-                    return None;
-                }
-            },
-            None if !own.is_empty() => return Some(own.to_vec()),
+            Some(name) => self.material(name)?,
+            None if !own.is_empty() => return self.replaced(&record.materials, own),
+            None if self.are_colored(pieces) => {
+                let note = Diagnostic::note("no material: the colours of the vertices are its diffuse reflectance");
+                self.loader.findings.push(note.at(record.origin.clone()));
+                self.colored()
+            }
             None => self.grey(),
         };
         Some(vec![index; own.len().max(1)])
+    }
+
+    fn are_colored(&self, pieces: &[Piece]) -> bool {
+        pieces.iter().any(|piece| match &self.parts.shapes[piece.shape] {
+            Shape::Mesh(mesh) => mesh.colors.is_some(),
+            Shape::Sphere { .. } | Shape::Rectangle { .. } => false,
+        })
+    }
+
+    /// A diffuse material of vertex colours.
+    fn colored(&mut self) -> usize {
+        let materials = &mut self.parts.materials;
+        *self.colored_material.get_or_insert_with(|| {
+            let texture = Some(Arc::new(Texture::of(Pattern::VertexColor)));
+            let reflectance = Color { factor: Spectrum::ONE, texture };
+            let mut material = crate::read::default_material();
+            material.scattering = Scattering::Diffuse { reflectance, transmittance: Spectrum::BLACK.into() };
+            materials.push(material);
+            materials.len() - 1
+        })
+    }
+
+    /// The index of a material of the scene.
+    fn material(&mut self, name: &Located<String>) -> Option<usize> {
+        let index = self.materials.get(name.value.as_str()).copied();
+        if index.is_none() {
+            let error = Diagnostic::error(format!("no material is called `{}`", name.value));
+            self.loader.findings.push(error.at(name.origin.clone()));
+        }
+        index
+    }
+
+    /// The materials of a file, with others in the place of some.
+    fn replaced(&mut self, by: &[[Located<String>; 2]], own: &[usize]) -> Option<Vec<usize>> {
+        let mut materials = own.to_vec();
+        for [name, other] in by {
+            let other = self.material(other)?;
+            let names = own.iter().map(|&index| self.parts.materials[index].name.as_str());
+            let places: Vec<usize> = (0..).zip(names.clone()).filter(|(_, n)| *n == name.value).map(|p| p.0).collect();
+            if places.is_empty() {
+                let warning = Diagnostic::warning(format!("the file has no material that is called `{}`", name.value));
+                let warning = warning.at(name.origin.clone()).suggest(&name.value, names);
+                self.loader.findings.push(warning);
+            }
+            places.into_iter().for_each(|place| materials[place] = other);
+        }
+        Some(materials)
     }
 
     fn grey(&mut self) -> usize {

@@ -187,6 +187,7 @@ fn rebuild(mesh: &mut Mesh, shared: &[u32], normals: &[[f32; 3]]) {
     let vertices = || triples.positions.iter().map(|&vertex| vertex as usize);
     mesh.normals = Some(triples.shadings().map(|normal| normals[normal as usize]).collect());
     mesh.uvs = mesh.uvs.as_ref().map(|uvs| vertices().map(|vertex| uvs[vertex]).collect());
+    mesh.colors = mesh.colors.as_ref().map(|colors| vertices().map(|vertex| colors[vertex]).collect());
     mesh.positions = vertices().map(|vertex| mesh.positions[vertex]).collect();
 }
 
@@ -202,6 +203,7 @@ mod tests {
             indices: indices.into(),
             normals: None,
             uvs: None,
+            colors: None,
             face_materials: None,
         }
     }

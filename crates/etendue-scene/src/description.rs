@@ -3,6 +3,7 @@
 
 use crate::{
     Origin,
+    sun_position::Moment,
     volume_file::{Axes, RawLayout},
 };
 use etendue::{
@@ -14,7 +15,7 @@ use etendue::{
     sampling::{Filter, Sampler},
     scene::{DeltaLight, Mesh},
     spectrum::Spectrum,
-    texture::{Mapping, Transfer},
+    texture::{Texture, Transfer},
     tonemap::DisplayTransform,
 };
 use etendue_accel::AcceleratorKind;
@@ -87,6 +88,54 @@ pub enum EnvironmentRecord {
         /// Where up is.
         up: UpAxis,
     },
+    /// A clear sky, computed.
+    Sky(SkyRecord),
+}
+
+/// A clear sky with its sun.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyRecord {
+    /// Where the sun is.
+    pub sun: SunRecord,
+    /// Where up is.
+    pub up: UpAxis,
+    /// Where north is; not along the up axis. Absent: -z where y is up, y where z is.
+    pub north: Option<DVec3>,
+    /// Molecules and aerosol over molecules alone.
+    pub turbidity: f64,
+    /// Reflectance of the ground.
+    pub ground: Spectrum,
+    /// Multiplies all light.
+    pub strength: Spectrum,
+    /// Half of the angle that the sun is seen under, degrees.
+    pub sun_size: f64,
+    /// True if the sun can be seen and throws shadows.
+    pub sun_disk: bool,
+    /// Where the table is.
+    pub origin: Origin,
+}
+
+/// Where the sun is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SunRecord {
+    /// Towards it, of any length but 0.
+    Direction(DVec3),
+    /// Degrees.
+    Angles {
+        /// Above the horizon.
+        elevation: f64,
+        /// Clockwise from north, as on a compass.
+        azimuth: f64,
+    },
+    /// Where it is seen from a place on Earth at some time.
+    Moment {
+        /// When.
+        moment: Moment,
+        /// Degrees north.
+        latitude: f64,
+        /// Degrees east.
+        longitude: f64,
+    },
 }
 
 /// The axis that points up.
@@ -102,6 +151,14 @@ pub enum UpAxis {
 impl UpAxis {
     /// Both axes.
     pub const ALL: [Self; 2] = [Self::Y, Self::Z];
+
+    /// The axis.
+    pub fn direction(self) -> DVec3 {
+        match self {
+            Self::Y => DVec3::Y,
+            Self::Z => DVec3::Z,
+        }
+    }
 
     /// As in files and on the command line.
     pub fn name(self) -> &'static str {
@@ -268,6 +325,8 @@ pub struct IntegratorRecord {
 pub struct MaterialRecord {
     /// The material, with its name.
     pub material: Material<TextureRecord>,
+    /// Where the name of its interior is, if it has one.
+    pub interior: Option<Origin>,
     /// Where its name is.
     pub origin: Origin,
 }
@@ -302,15 +361,16 @@ pub struct DensityRecord {
     pub axes: Option<Axes>,
 }
 
-/// An image on a surface, by its file.
+/// A texture whose images are names of files.
+pub type TextureRecord = Texture<ImageRecord>;
+
+/// An image by its file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TextureRecord {
+pub struct ImageRecord {
     /// The file; relative to [`SceneDescription::folder`], or in a material library to the library's folder.
     pub file: Located<PathBuf>,
     /// What stored colour means; absent: sRGB where a colour is wanted, linear where data is.
     pub transfer: Option<Transfer>,
-    /// How texture coordinates become texels, and texels values.
-    pub mapping: Mapping,
 }
 
 /// Shared geometry.
@@ -344,6 +404,8 @@ pub struct ObjectRecord {
     pub shape: ShapeRecord,
     /// Name of its material; absent: the mesh file's own, or plain grey.
     pub material: Option<Located<String>>,
+    /// Names of the mesh file's materials, and of those that stand in their places.
+    pub materials: Vec<[Located<String>; 2]>,
     /// Applied in order.
     pub transform: Vec<Located<Step>>,
     /// Where the object is described.

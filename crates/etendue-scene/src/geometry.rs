@@ -13,7 +13,15 @@ use etendue::{
 /// A mesh of `positions` and `faces`, flat.
 fn mesh(positions: &[[f64; 3]], faces: Vec<[u32; 3]>, uvs: Vec<[f32; 2]>) -> Mesh {
     let (origin, positions) = localise(positions.iter().map(|p| DVec3::from_array(*p)));
-    Mesh { origin, positions, indices: faces.into(), normals: None, uvs: Some(uvs.into()), face_materials: None }
+    Mesh {
+        origin,
+        positions,
+        indices: faces.into(),
+        normals: None,
+        uvs: Some(uvs.into()),
+        colors: None,
+        face_materials: None,
+    }
 }
 
 /// An axis-aligned box: twelve triangles with outward normals, texture coordinates (0, 0) to (1, 1) on every side.

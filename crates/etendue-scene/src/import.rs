@@ -43,7 +43,9 @@ impl Import {
         let mut textures = BTreeSet::new();
         for named in &file.materials {
             named.material.map_textures(&mut |record, _| -> Option<()> {
-                textures.insert(record.file.value.clone());
+                let mut images = Vec::new();
+                record.images(&mut images);
+                textures.extend(images.iter().map(|image| image.file.value.clone()));
                 None
             });
         }

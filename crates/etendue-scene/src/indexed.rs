@@ -53,6 +53,8 @@ pub(crate) struct Indexed {
     /// Unit length, or zero where the file has none.
     pub normals: Option<Vec<[f32; 3]>>,
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// Linear, with opacity.
+    pub colors: Option<Vec<[f32; 4]>>,
     /// Valid indices.
     pub corners: Vec<u32>,
     /// Number of corners of each face; `None`: all have three.
@@ -124,6 +126,7 @@ impl Indexed {
             indices: indices.into(),
             normals: normals.map(Into::into),
             uvs: self.uvs.map(Into::into),
+            colors: self.colors.map(Into::into),
             face_materials: None,
         }
     }
@@ -146,6 +149,7 @@ impl Indexed {
         keep(&mut self.positions, used);
         self.normals.iter_mut().for_each(|normals| keep(normals, used));
         self.uvs.iter_mut().for_each(|uvs| keep(uvs, used));
+        self.colors.iter_mut().for_each(|colors| keep(colors, used));
         self.corners.iter_mut().for_each(|corner| *corner = renumbered[*corner as usize]);
     }
 }

@@ -26,8 +26,8 @@ pub enum Data {
     Float(f64),
     /// True or false.
     Boolean(bool),
-    /// A kind that no scene uses; the text names it.
-    Other(&'static str),
+    /// A date, a time, or both, as in RFC 3339.
+    Moment(String),
     /// Could not be read; already reported.
     Broken,
 }
@@ -53,7 +53,7 @@ impl Data {
             Data::Integer(_) => "an integer",
             Data::Float(_) => "a number",
             Data::Boolean(_) => "a boolean",
-            Data::Other(kind) => kind,
+            Data::Moment(_) => "a date or time",
             Data::Broken => "something unreadable",
         }
     }

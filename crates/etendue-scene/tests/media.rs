@@ -50,7 +50,10 @@ fn near(a: Spectrum, b: [f32; 3]) {
 fn coefficients_in_four_ways() {
     let plain = medium("absorption = [0.1, 0, 2]\nscattering = 3\nemission = [1, 2, 3]");
     assert_eq!(plain.name, "m");
-    assert_eq!((plain.absorption.0, plain.scattering.0, plain.emission.0), ([0.1, 0.0, 2.0], [3.0; 3], [1.0, 2.0, 3.0]));
+    assert_eq!(
+        (plain.absorption.0, plain.scattering.0, plain.emission.0),
+        ([0.1, 0.0, 2.0], [3.0; 3], [1.0, 2.0, 3.0])
+    );
     let extinct = medium("extinction = 4\nalbedo = [1, 0.75, 0]");
     near(extinct.scattering, [4.0, 3.0, 0.0]);
     near(extinct.absorption, [0.0, 1.0, 4.0]);
@@ -98,7 +101,10 @@ fn the_world_and_its_medium() {
     let (description, found) = read("[world]\nmedium = \"fog\"\n[media.fog]\nscattering = 1");
     assert!(found.is_empty());
     assert_eq!(description.unwrap().world_medium.unwrap().value, "fog");
-    says("[world]\nmedium = \"fgo\"\n[media.fog]\nscattering = 1", &["s.toml:3:10: error: no medium is called `fgo`; did you mean `fog`?"]);
+    says(
+        "[world]\nmedium = \"fgo\"\n[media.fog]\nscattering = 1",
+        &["s.toml:3:10: error: no medium is called `fgo`; did you mean `fog`?"],
+    );
     says("[world]\nmedium = \"fog\"", &["s.toml:3:10: error: no medium is called `fog`; define it in [media.NAME]"]);
     says("[world]", &["s.toml:2:1: error: [world] needs `medium`"]);
 }
@@ -109,26 +115,59 @@ fn mistakes() {
         ("absorption = -1", "2:14: error: `absorption` is out of range: -1"),
         ("scattering = 1e16", "2:14: error: `scattering` is out of range: 10000000000000000"),
         ("mean_free_path = 0", "2:18: error: `mean_free_path` is out of range: 0"),
-        ("extinction = 1\nmean_free_path = 1", "3:1: error: `extinction` and `mean_free_path` exclude each other; keep one of them"),
-        ("extinction = 1\nscattering = 1", "3:1: error: `extinction` and `scattering` exclude each other; keep one of them"),
-        ("mean_free_path = 1\nabsorption = 1", "3:1: error: `mean_free_path` and `absorption` exclude each other; keep one of them"),
-        ("absorption = 1\ncolor = 0.5\nat_distance = 1", "3:1: error: `absorption` and `color` exclude each other; keep one of them"),
-        ("preset = \"cream\"\nalbedo = 1\nextinction = 1", "3:1: error: `preset` and `albedo` exclude each other; keep one of them"),
-        ("scattering = 1\nalbedo = 0.5", "1:1: error: [media.NAME] needs `extinction` or `mean_free_path` for its `albedo`"),
+        (
+            "extinction = 1\nmean_free_path = 1",
+            "3:1: error: `extinction` and `mean_free_path` exclude each other; keep one of them",
+        ),
+        (
+            "extinction = 1\nscattering = 1",
+            "3:1: error: `extinction` and `scattering` exclude each other; keep one of them",
+        ),
+        (
+            "mean_free_path = 1\nabsorption = 1",
+            "3:1: error: `mean_free_path` and `absorption` exclude each other; keep one of them",
+        ),
+        (
+            "absorption = 1\ncolor = 0.5\nat_distance = 1",
+            "3:1: error: `absorption` and `color` exclude each other; keep one of them",
+        ),
+        (
+            "preset = \"cream\"\nalbedo = 1\nextinction = 1",
+            "3:1: error: `preset` and `albedo` exclude each other; keep one of them",
+        ),
+        (
+            "scattering = 1\nalbedo = 0.5",
+            "1:1: error: [media.NAME] needs `extinction` or `mean_free_path` for its `albedo`",
+        ),
         ("color = 0.5", "1:1: error: [media.NAME] needs `at_distance` for its `color`"),
         ("at_distance = 1", "1:1: error: [media.NAME] needs `color` for its `at_distance`"),
         ("color = \"#ff0000\"\nat_distance = 1", "2:9: error: `color` has a channel that is 0"),
         ("preset = \"kechup\"", "2:10: error: no preset is called `kechup`; did you mean `ketchup`?"),
         ("phase = \"raleigh\"", "2:9: error: `phase` has no `raleigh`; did you mean `rayleigh`?"),
         ("phase = []", "2:9: error: `phase` mixes 1 to 16 shapes, not 0"),
-        ("phase = [{ weight = 0 }]", "2:9: error: all weights of a phase function are 0; give one of them a weight above 0"),
+        (
+            "phase = [{ weight = 0 }]",
+            "2:9: error: all weights of a phase function are 0; give one of them a weight above 0",
+        ),
         ("phase = { type = \"henyey-greenstein\" }", "2:9: error: phase of type `henyey-greenstein` needs `g`"),
         ("phase = { type = \"henyey-greenstein\", g = 1 }", "2:44: error: `g` is out of range: 1"),
-        ("phase = { type = \"rayleigh\", g = 0 }", "2:30: error: `g` is not a key of type `rayleigh`; it belongs to `henyey-greenstein`"),
-        ("density = { file = \"a\", min = [0, 0, 0], max = [1, 0, 1] }", "2:48: error: `max` must be above `min` on every axis"),
+        (
+            "phase = { type = \"rayleigh\", g = 0 }",
+            "2:30: error: `g` is not a key of type `rayleigh`; it belongs to `henyey-greenstein`",
+        ),
+        (
+            "density = { file = \"a\", min = [0, 0, 0], max = [1, 0, 1] }",
+            "2:48: error: `max` must be above `min` on every axis",
+        ),
         ("density = { file = \"a\", min = [0, 0, 0] }", "2:11: error: density needs `max`"),
-        ("density = { file = \"a\", min = [0, 0, 0], max = [1, 1, 1], size = [1, 2, 3] }", "2:11: error: density needs `sample`, since it describes a raw file"),
-        ("density = { file = \"a\", min = [0, 0, 0], max = [1, 1, 1], transform = { relocate = [0, 0, 0] } }", "2:71: error: a `density` cannot be relocated; `min` is the lowest corner of its box: set that instead"),
+        (
+            "density = { file = \"a\", min = [0, 0, 0], max = [1, 1, 1], size = [1, 2, 3] }",
+            "2:11: error: density needs `sample`, since it describes a raw file",
+        ),
+        (
+            "density = { file = \"a\", min = [0, 0, 0], max = [1, 1, 1], transform = { relocate = [0, 0, 0] } }",
+            "2:71: error: a `density` cannot be relocated; `min` is the lowest corner of its box: set that instead",
+        ),
         ("colour = 1", "2:1: error: unknown key `colour` in [media.NAME]; did you mean `color`?"),
     ] {
         let (_, found) = read(&format!("[media.m]\n{lines}"));
@@ -145,7 +184,10 @@ fn every_key_of_a_density() {
     let lines = "density = { file = \"v.raw\", min = [-1, 0, -1], max = [1, 2, 3], scale = 2.5, axes = \"yzx\", size = [2, 3, 4], \
                  sample = \"u16\", byte_order = \"big\", transform = { translate = [1, 0, 0] } }";
     let density = medium_record(lines).density.unwrap();
-    assert_eq!((density.min, density.max, density.scale), (DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 2.0, 3.0), 2.5));
+    assert_eq!(
+        (density.min, density.max, density.scale),
+        (DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 2.0, 3.0), 2.5)
+    );
     assert_eq!((density.axes.unwrap().name(), density.transform.len()), ("yzx", 1));
     let layout = RawLayout { size: [2, 3, 4], sample: SampleType::U16, byte_order: ByteOrder::Big };
     assert_eq!(density.layout, Some(layout));

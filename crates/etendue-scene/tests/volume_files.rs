@@ -2,9 +2,7 @@
 #![allow(clippy::disallowed_methods)]
 
 use etendue::medium::{DensityGrid, Voxels};
-use etendue_scene::volume_file::{
-    Axes, ByteOrder, Limits, RawLayout, SampleType, VolumeError, decode_volume, is_npy,
-};
+use etendue_scene::volume_file::{Axes, ByteOrder, Limits, RawLayout, SampleType, VolumeError, decode_volume, is_npy};
 use proptest::prelude::*;
 use std::path::Path;
 
@@ -123,7 +121,10 @@ fn what_is_wrong_is_said_with_its_place() {
     with("{'fortran_order': True, 'shape': (1, 2, 3)}", "the header has no `descr`");
     with("{'descr': '<f4', 'fortran_order': True}", "the header has no `shape`");
     with("{'descr': '<f4', 'fortran_order': True, 'shape': (1, -2, 3)}", "expected a whole number of at most 64 bits");
-    with("{'descr': '<f4', 'fortran_order': True, 'shape': (1, 99999999999999999999, 3)}", "a whole number of at most 64 bits");
+    with(
+        "{'descr': '<f4', 'fortran_order': True, 'shape': (1, 99999999999999999999, 3)}",
+        "a whole number of at most 64 bits",
+    );
     with("{'descr': '<f4', 'fortran_order': True, 'shape': (1, 2 3)}", "expected `)`");
     with("{'descr': '<f4', 'fortran_order': True, 'shape': (1, 2, 3)} x", "expected the end of the header");
     with(&format!("{{'shape': ({})}}", "1,".repeat(65)), "at most 64 dimensions");

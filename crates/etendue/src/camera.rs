@@ -3,6 +3,7 @@
 use crate::{
     math::{DVec3, Vec2, Vec3},
     sampling::warp,
+    texture::RayCone,
 };
 use std::f64::consts::PI;
 
@@ -268,6 +269,18 @@ impl Camera {
     /// The centre of projection, relative to the scene's centre; of an orthographic camera the middle of its image.
     pub fn origin(&self) -> Vec3 {
         self.origin
+    }
+
+    /// The cone of a pixel about a ray in `direction`: where the ray meets a plane that faces the camera, it is as wide as
+    /// the pixel there.
+    #[inline]
+    pub fn cone(&self, direction: Vec3) -> RayCone {
+        // Pixels are squares.
+        let pixel = self.half.y * self.scale.y;
+        match self.parallel {
+            true => RayCone { width: pixel, spread: 0.0 },
+            false => RayCone { width: 0.0, spread: pixel * direction.dot(self.forward) },
+        }
     }
 
     /// True if rays depend on the lens point.

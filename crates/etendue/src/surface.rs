@@ -3,6 +3,7 @@
 use crate::{
     math::{Vec2, Vec3, acos, atan2, vec2, vec3},
     scene::{Placement, Primitives},
+    texture::{Footprint, Lookup},
 };
 use etendue_accel::{Hit, PrimitiveId, Ray, Transform};
 use std::f32::consts::PI;
@@ -88,6 +89,15 @@ pub struct Chart {
 }
 
 impl Chart {
+    /// Change of the texture coordinates along a vector of the surface's plane; zero where they do not tell.
+    #[inline]
+    pub fn coordinates_of(&self, v: Vec3) -> Vec2 {
+        let (guu, guv, gvv) = (self.dpdu.dot(self.dpdu), self.dpdu.dot(self.dpdv), self.dpdv.dot(self.dpdv));
+        let (u, v) = (v.dot(self.dpdu), v.dot(self.dpdv));
+        let uv = vec2(gvv * u - guv * v, guu * v - guv * u) / (guu * gvv - guv * guv);
+        if uv.is_finite() { uv } else { Vec2::ZERO }
+    }
+
     /// The direction of growing u within the plane that the unit vector `normal` is perpendicular to; `None` where there is
     /// none.
     #[inline]
@@ -146,6 +156,39 @@ pub(crate) fn chart(placement: &Placement, point: &SurfacePoint, hit: &Hit) -> C
     Chart { uv: texture_coordinates(placement, point, hit), dpdu: to_world(dpdu), dpdv: to_world(dpdv) }
 }
 
+/// Where textures are looked up, as a point: at weights of a triangle's second and third vertex, or at a point of a sphere,
+/// world space.
+pub(crate) fn lookup(placement: &Placement, face: u32, weights: [f32; 2], position: Vec3) -> Lookup {
+    let color = match &placement.primitives {
+        Primitives::Mesh(mesh) => mesh.color(face, weights),
+        Primitives::Sphere { .. } => [1.0; 4],
+    };
+    let uv = texture_coordinates_at(placement, face, weights, position);
+    let own = placement.to_own.map(|[x, y, z, w]| x * position.x + y * position.y + z * position.z + w);
+    Lookup { color, ..Lookup::new(uv, Vec3::from_array(own)) }
+}
+
+/// Longest that a cone's footprint is, in its widths: beyond, the surface is seen from its edge.
+const LONGEST: f32 = 64.0;
+
+/// Where textures are looked up at a hit, over what a cone covers that is `width` wide there, metres, seen from `wo`.
+pub(crate) fn lookup_over(placement: &Placement, point: &SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> Lookup {
+    let at = lookup(placement, hit.id.primitive, [hit.u, hit.v], point.position);
+    let own = |v: Vec3| Vec3::from_array(placement.to_own.map(|[x, y, z, _]| x * v.x + y * v.y + z * v.z));
+    let chart = chart(placement, point, hit);
+    let tangents = [own(chart.dpdu), own(chart.dpdv)];
+    // An ellipse in the plane of the surface: across the cone as wide as that, along it longer the more it is inclined.
+    let normal = point.geometric_normal;
+    let cosine = normal.dot(wo);
+    let Some(along) = (wo - normal * cosine).try_normalize().or_else(|| normal.any_orthogonal_vector().try_normalize())
+    else {
+        return Lookup { tangents, ..at };
+    };
+    let axes = [along * (width / cosine.abs().max(1.0 / LONGEST)), normal.cross(along) * width];
+    let footprint = Footprint { uv: axes.map(|axis| chart.coordinates_of(axis)), position: axes.map(own) };
+    Lookup { tangents, footprint, ..at }
+}
+
 /// A point in some space, before it is known what it is made of.
 struct LocalPoint {
     position: Vec3,
@@ -170,6 +213,27 @@ impl LocalPoint {
     }
 }
 
+/// A hit's point moved off its facet, on `side` of it, to the mean of the planes that the vertex normals stand on (Hanika,
+/// "Hacking the Shadow Terminator", 2021); `None` where that is no farther than what rounding needs.
+pub(crate) fn lifted(placement: &Placement, point: &SurfacePoint, hit: &Hit, side: f32) -> Option<Vec3> {
+    /// How many times the offset of rays that leave; below, a ray could miss its own facet.
+    const LEAST: f32 = 16.0;
+    let Primitives::Mesh(mesh) = &placement.primitives else { return None };
+    let normals = mesh.normals.as_ref()?;
+    let corners = mesh.indices[hit.id.primitive as usize];
+    let positions = corners.map(|i| Vec3::from(mesh.positions[i as usize]));
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    let on_facet = positions[0] * weights[0] + positions[1] * weights[1] + positions[2] * weights[2];
+    let mut offset = Vec3::ZERO;
+    for k in 0..3 {
+        let normal = Vec3::from(normals[corners[k] as usize]) * side;
+        offset -= normal * ((on_facet - positions[k]).dot(normal).min(0.0) * weights[k]);
+    }
+    let offset = placement.transform.as_ref().map_or(offset, |t| Vec3::from(t.vector_to_world(offset.into())));
+    let height = offset.dot(point.geometric_normal) * side;
+    (height > LEAST * point.offset).then(|| point.position + offset)
+}
+
 fn sphere_point(center: Vec3, radius: f32, on_ray: Vec3) -> LocalPoint {
     let normal = (on_ray - center).try_normalize().unwrap_or(Vec3::Z);
     LocalPoint {
@@ -187,6 +251,7 @@ pub(crate) struct MeshData {
     pub indices: std::sync::Arc<[[u32; 3]]>,
     pub normals: Option<std::sync::Arc<[[f32; 3]]>>,
     pub uvs: Option<std::sync::Arc<[[f32; 2]]>>,
+    pub colors: Option<std::sync::Arc<[[f32; 4]]>>,
 }
 
 impl MeshData {
@@ -195,6 +260,14 @@ impl MeshData {
     pub fn corner_uvs(&self, face: u32) -> Option<[Vec2; 3]> {
         let uvs = self.uvs.as_ref()?;
         Some(self.indices[face as usize].map(|i| Vec2::from(uvs[i as usize])))
+    }
+
+    /// Colour at weights of a face's second and third corner; white where there are none.
+    #[inline]
+    fn color(&self, face: u32, [u, v]: [f32; 2]) -> [f32; 4] {
+        let Some(colors) = &self.colors else { return [1.0; 4] };
+        let [a, b, c] = self.indices[face as usize].map(|i| colors[i as usize]);
+        [0, 1, 2, 3].map(|i| a[i] * (1.0 - u - v) + b[i] * u + c[i] * v)
     }
 
     /// Change of position with texture coordinates on a face; zero where they do not tell.

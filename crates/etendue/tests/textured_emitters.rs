@@ -12,7 +12,7 @@ use etendue::{
     math::{DAffine3, DVec3, Vec3, dvec3, vec3},
     scene::{Mesh, Scene, Shape},
     spectrum::Spectrum,
-    texture::{Channel, Filtering, Mapping, Samples, Texture, TextureImage, Transfer, Wrap},
+    texture::{Channel, Filtering, Mapping, Pattern, Samples, Texture, TextureImage, Transfer, Wrap},
 };
 use etendue_accel::{Hit, PrimitiveId, Ray};
 use etendue_testkit::{
@@ -25,7 +25,7 @@ use std::sync::Arc;
 fn texture(size: [u32; 2], mapping: Mapping, texel: impl Fn(u32, u32) -> [f32; 3]) -> Arc<Texture> {
     let samples: Vec<f32> = (0..size[0] * size[1]).flat_map(|i| texel(i % size[0], i / size[0])).collect();
     let image = TextureImage::new(size[0], size[1], 3, Samples::F32(samples.into()), Transfer::Linear).unwrap();
-    Arc::new(Texture { image: Arc::new(image), mapping })
+    Arc::new(Texture { pattern: Pattern::Image(Arc::new(image)), mapping })
 }
 
 /// Dark blue with one brighter spot.
@@ -143,8 +143,8 @@ fn samples_are_what_rays_find() {
         let pdf = scene.lights().pdf_hit(&ctx, surface.light, sample.wi, distance);
         let material = &scene.materials()[surface.material as usize];
         let emitted = material.emission.as_ref().expect("a light was sampled");
-        let uv = scene.texture_coordinates(&surface, &hits[0]);
-        let found = emitted.at(uv) * scene.opacity(&surface, &hits[0]);
+        let at = scene.lookup(&surface, &hits[0]);
+        let found = emitted.at(&at) * scene.opacity(&surface, &hits[0]);
         let close = |a: f32, b: f32| (a - b).abs() <= 2e-2 * a.max(b) + 1e-5;
         let same = close(density, pdf) && (0..3).all(|c| close(sample.radiance[c], found[c]));
         compared += 1;

@@ -12,7 +12,7 @@ use etendue::{
     scene::{Mesh, Scene, Shape},
     spectrum::Spectrum,
     surface::Chart,
-    texture::{Channel, Filtering, Mapping, Samples, Texture, TextureImage, Transfer, UvTransform, Wrap},
+    texture::{Channel, Filtering, Lookup, Mapping, Samples, Texture, TextureImage, Transfer, UvTransform, Wrap},
 };
 use etendue_accel::{Hit, PrimitiveId, Ray};
 use etendue_testkit::Rng;
@@ -41,15 +41,15 @@ fn texels_lie_where_the_image_shows_them() {
     for filtering in Filtering::ALL {
         let texture = mapped(&texture, |m| m.filtering = filtering);
         for (i, expected) in [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].into_iter().enumerate() {
-            let found = texture.number(centre((i % 3) as f32, (i / 3) as f32));
+            let found = texture.number(&centre((i % 3) as f32, (i / 3) as f32).into());
             assert!((found - expected).abs() < 1e-5, "{filtering}: texel {i} is {found}");
         }
     }
-    assert!((texture.number(vec2(1.0 / 3.0, 0.75)) - 1.5).abs() < 1e-5, "between the first two");
-    assert!((texture.number(vec2(0.5, 0.5)) - 3.5).abs() < 1e-5, "in the middle");
+    assert!((texture.number(&vec2(1.0 / 3.0, 0.75).into()) - 1.5).abs() < 1e-5, "between the first two");
+    assert!((texture.number(&vec2(0.5, 0.5).into()) - 3.5).abs() < 1e-5, "in the middle");
     let nearest = mapped(&texture, |m| m.filtering = Filtering::Nearest);
-    assert_eq!(nearest.number(vec2(0.32, 0.6)), 1.0);
-    assert_eq!(nearest.number(vec2(0.34, 0.4)), 5.0);
+    assert_eq!(nearest.number(&vec2(0.32, 0.6).into()), 1.0);
+    assert_eq!(nearest.number(&vec2(0.34, 0.4).into()), 5.0);
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn beyond_the_edges() {
     let texture = grey(4, 1, &[1.0, 2.0, 3.0, 4.0]);
     let at = |wrap, x: f32| {
         let texture = mapped(&texture, |m| (m.wrap, m.filtering) = ([wrap; 2], Filtering::Nearest));
-        texture.number(vec2((x + 0.5) / 4.0, 0.5))
+        texture.number(&vec2((x + 0.5) / 4.0, 0.5).into())
     };
     for (wrap, expected) in [
         (Wrap::Repeat, [3.0, 4.0, 1.0, 2.0, 3.0, 4.0, 1.0, 2.0]),
@@ -76,9 +76,9 @@ fn beyond_the_edges() {
         assert_eq!(far, expected, "{wrap} a thousand images away");
     }
     // Bilinear lookups wrap too: between the last texel and the first.
-    assert!((texture.number(vec2(0.0, 0.5)) - 2.5).abs() < 1e-5);
+    assert!((texture.number(&vec2(0.0, 0.5).into()) - 2.5).abs() < 1e-5);
     let clamped = mapped(&texture, |m| m.wrap = [Wrap::Clamp; 2]);
-    assert!((clamped.number(vec2(0.0, 0.5)) - 1.0).abs() < 1e-5);
+    assert!((clamped.number(&vec2(0.0, 0.5).into()) - 1.0).abs() < 1e-5);
 }
 
 /// Repeated and bilinear, an image's mean over the surface is the mean of its texels.
@@ -90,7 +90,7 @@ fn a_lookup_loses_nothing() {
     let texture = grey(7, 5, &values);
     let n = 350;
     let sum: f64 = (0..n * n)
-        .map(|i| f64::from(texture.number(vec2((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32)))
+        .map(|i| f64::from(texture.number(&(vec2((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32).into())))
         .sum();
     assert!((sum / f64::from(n * n) - f64::from(mean)).abs() < 1e-4);
 }
@@ -136,9 +136,9 @@ fn channels_gain_and_transform() {
         (Channel::Luminance, Spectrum([0.2, 0.4, 0.6]).luminance()),
     ] {
         let texture = mapped(&texture, |m| m.channel = channel);
-        assert_eq!(texture.number(Vec2::ZERO), expected, "{channel}");
+        assert_eq!(texture.number(&Vec2::ZERO.into()), expected, "{channel}");
         let affine = mapped(&texture, |m| (m.base, m.gain) = (1.0, -0.5));
-        assert!((affine.number(Vec2::ZERO) - (1.0 - 0.5 * expected)).abs() < 1e-6);
+        assert!((affine.number(&Vec2::ZERO.into()) - (1.0 - 0.5 * expected)).abs() < 1e-6);
     }
     let turned = UvTransform::new([2.0, 3.0], 90.0, [0.5, 0.25]).apply(vec2(1.0, 1.0));
     assert!((turned - vec2(-2.5, 2.25)).length() < 1e-5, "scaled, then turned, then moved: {turned}");
@@ -170,7 +170,7 @@ fn no_coordinate_breaks_a_lookup() {
         for wrap in Wrap::ALL {
             for filtering in Filtering::ALL {
                 let texture = mapped(&texture, |m| (m.wrap, m.filtering) = ([wrap; 2], filtering));
-                let value = texture.number(uv);
+                let value = texture.number(&uv.into());
                 assert!((0.0..=14.0).contains(&value), "{wrap} {filtering} at {uv}: {value}");
             }
         }
@@ -275,7 +275,7 @@ fn a_ramp_tilts_the_normal() {
         let chart = Chart { uv: vec2(0.4, 0.3), dpdu, dpdv };
         let factor = 0.8;
         let height = Number { factor, texture: Some(Arc::new(texture.clone())) };
-        let found = Relief::Bump { height: height.clone() }.normal(normal, &chart);
+        let found = Relief::Bump { height: height.clone() }.normal(normal, &chart.uv.into(), &chart);
         // The gradient g lies in the plane and has g . dpdu = factor, g . dpdv = 0.
         let (u, v) = (vec2(dpdu.x, dpdu.y), vec2(dpdv.x, dpdv.y));
         let gradient = vec2(v.y, -v.x) * factor / (u.x * v.y - u.y * v.x);
@@ -284,13 +284,17 @@ fn a_ramp_tilts_the_normal() {
         // Scaled texture coordinates: the same ramp within half the length.
         let scaled = mapped(&texture, |m| m.transform = UvTransform::new([2.0, 1.0], 0.0, [0.0, 0.0]));
         let height = Number { factor, texture: Some(Arc::new(scaled)) };
-        let found = Relief::Bump { height }.normal(normal, &Chart { uv: vec2(0.2, 0.3), ..chart });
+        let found = Relief::Bump { height }.normal(normal, &vec2(0.2, 0.3).into(), &chart);
         let expected = vec3(-2.0 * gradient.x, -2.0 * gradient.y, 1.0).normalize();
         assert!((found - expected).length() < 1e-3, "scaled: {found}, not {expected}");
     }
     let flat = Chart { uv: vec2(0.4, 0.3), dpdu: Vec3::ZERO, dpdv: Vec3::ZERO };
     let height = Number { factor: 1.0, texture: Some(Arc::new(texture)) };
-    assert_eq!(Relief::Bump { height }.normal(normal, &flat), normal, "without directions there is no slope");
+    assert_eq!(
+        Relief::Bump { height }.normal(normal, &flat.uv.into(), &flat),
+        normal,
+        "without directions there is no slope"
+    );
 }
 
 #[test]
@@ -313,7 +317,7 @@ fn normal_maps_follow_the_texture_coordinates() {
         ((map(0.6, 0.0, 0.8), 1.0), chart(Vec3::ZERO, up), normal),
     ] {
         let (map, scale) = relief;
-        let found = Relief::Normals { map, scale }.normal(normal, &chart);
+        let found = Relief::Normals { map, scale }.normal(normal, &Lookup::from(chart.uv), &chart);
         assert!((found - expected).length() < 1e-5, "{found}, not {expected}");
     }
 }
@@ -396,7 +400,7 @@ fn textures_make_no_energy() {
     let bright = Arc::new(grey(1, 1, &[5.0]));
     let color = |factor: f32| Color { factor: Spectrum::splat(factor), texture: Some(bright.clone()) };
     let both: Scattering<Color, Number> = Scattering::Diffuse { reflectance: color(1.0), transmittance: color(0.1) };
-    let Scattering::Diffuse { reflectance, transmittance } = both.at(Vec2::ZERO) else { panic!() };
+    let Scattering::Diffuse { reflectance, transmittance } = both.at(&Vec2::ZERO.into()) else { panic!() };
     assert!((reflectance[0] + transmittance[0] - 1.0).abs() < 1e-6);
     let glass: Scattering<Color, Number> = Scattering::RoughGlass {
         ior: Number { factor: -1.0, texture: Some(bright.clone()) },
@@ -404,7 +408,7 @@ fn textures_make_no_energy() {
         reflection_tint: color(-3.0),
         transmission_tint: color(1.0),
     };
-    let Scattering::RoughGlass { ior, alpha, reflection_tint, transmission_tint } = glass.at(Vec2::ZERO) else {
+    let Scattering::RoughGlass { ior, alpha, reflection_tint, transmission_tint } = glass.at(&Vec2::ZERO.into()) else {
         panic!()
     };
     assert_eq!((ior, alpha), (1e-3, 1.0));

@@ -37,6 +37,7 @@ pub struct MeshInfo {
     spheres: usize,
     normals: bool,
     uvs: bool,
+    vertex_colors: bool,
     /// Names of objects, and of groups, each once, at most a thousand.
     objects: Vec<String>,
     groups: Vec<String>,
@@ -82,6 +83,7 @@ pub fn read(path: &Path) -> Result<MeshInfo, Failure> {
         spheres: mesh.spheres.len(),
         normals: mesh.mesh.normals.is_some(),
         uvs: mesh.mesh.uvs.is_some(),
+        vertex_colors: mesh.mesh.colors.is_some(),
         objects: distinct(mesh.groups.iter().map(|g| &g.object)),
         groups: distinct(mesh.groups.iter().map(|g| &g.group)),
         materials: own.iter().map(MaterialEntry::new).collect(),
@@ -122,6 +124,9 @@ impl Told for MeshInfo {
         let has = |there| if there { "yes" } else { "no" };
         page.row("normals", has(self.normals));
         page.row("texture uvs", has(self.uvs));
+        if self.vertex_colors {
+            page.row("vertex colours", "yes");
+        }
         for (name, names) in [("objects", &self.objects), ("groups", &self.groups)] {
             if !names.is_empty() {
                 page.row(name, listed(names));

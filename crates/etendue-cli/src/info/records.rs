@@ -213,7 +213,10 @@ impl Memory {
 
 /// Bytes of the arrays of a mesh.
 pub fn mesh_bytes(mesh: &etendue::scene::Mesh) -> usize {
-    let per_vertex = 12 + mesh.normals.as_ref().map_or(0, |_| 12) + mesh.uvs.as_ref().map_or(0, |_| 8);
+    let per_vertex = 12
+        + mesh.normals.as_ref().map_or(0, |_| 12)
+        + mesh.uvs.as_ref().map_or(0, |_| 8)
+        + mesh.colors.as_ref().map_or(0, |_| 16);
     let per_face = 12 + mesh.face_materials.as_ref().map_or(0, |_| 4);
     mesh.positions.len() * per_vertex + mesh.indices.len() * per_face
 }

@@ -1,6 +1,6 @@
 //! From `[environment]` to light from all around.
 
-use super::meshes::Loader;
+use super::{meshes::Loader, sky};
 use crate::{
     Diagnostic,
     description::{EnvironmentRecord, Located, UpAxis},
@@ -31,6 +31,7 @@ impl Loader<'_> {
                 let map = Arc::new(self.radiance_map(file)?);
                 Some(Environment::Image { map, orientation: orientation(*up, *rotation), strength: *strength })
             }
+            EnvironmentRecord::Sky(record) => Some(sky::sky(record, &mut self.findings)),
         }
     }
 

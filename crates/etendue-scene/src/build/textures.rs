@@ -1,8 +1,11 @@
 //! Image files of textures: each read once, whatever refers to it.
 
 use crate::{
-    Diagnostic, Diagnostics, Limits, Severity, SourceMap, description::TextureRecord, find_file::find_file,
-    image_file::decode_texture, import::LoadedTexture,
+    Diagnostic, Diagnostics, Limits, Severity, SourceMap,
+    description::{ImageRecord, TextureRecord},
+    find_file::find_file,
+    image_file::decode_texture,
+    import::LoadedTexture,
 };
 use etendue::texture::{Texture, TextureImage, Transfer};
 use std::{
@@ -41,14 +44,23 @@ impl Textures {
         read.map(|(path, image)| LoadedTexture { path: path.clone(), image: image.clone() })
     }
 
-    /// The texture of a record; `transfer` is what its samples mean if the record does not say. `None` if it cannot be read,
-    /// which is reported.
+    /// The texture of a record; `transfer` is what its samples mean if the record does not say. `None` if an image of it cannot
+    /// be read, which is reported.
     pub fn load(
         &mut self,
         record: &TextureRecord,
         transfer: Transfer,
         files: &mut TextureFiles,
     ) -> Option<Arc<Texture>> {
+        record.try_map(transfer, &mut |image, transfer| self.image(image, transfer, files)).map(Arc::new)
+    }
+
+    fn image(
+        &mut self,
+        record: &ImageRecord,
+        transfer: Transfer,
+        files: &mut TextureFiles,
+    ) -> Option<Arc<TextureImage>> {
         let (path, note) = match find_file(files.folder, &record.file.value.to_string_lossy()) {
             Ok(found) => found,
             Err(error) => return files.report(error.to_string(), record),
@@ -65,18 +77,16 @@ impl Textures {
         }
         let stored = self.files.get(&path)?.as_ref()?;
         let transfer = record.transfer.unwrap_or(transfer);
-        let image = if stored.transfer() == transfer {
-            stored.clone()
-        } else {
-            let other = || Arc::new(stored.with_transfer(transfer));
-            self.others.entry(path).or_insert_with(other).clone()
-        };
-        Some(Arc::new(Texture { image, mapping: record.mapping }))
+        if stored.transfer() == transfer {
+            return Some(stored.clone());
+        }
+        let other = || Arc::new(stored.with_transfer(transfer));
+        Some(self.others.entry(path).or_insert_with(other).clone())
     }
 }
 
 impl TextureFiles<'_> {
-    fn report<T>(&mut self, message: String, record: &TextureRecord) -> Option<T> {
+    fn report<T>(&mut self, message: String, record: &ImageRecord) -> Option<T> {
         let finding = Diagnostic { severity: self.missing, ..Diagnostic::error(message) };
         let finding = finding.at(record.file.origin.clone());
         self.findings.push(match self.missing {

@@ -20,7 +20,7 @@ use std::{
 pub enum MeshOutputFormat {
     /// Wavefront OBJ: everything; materials by the nearest keys in an MTL file of the same name beside it.
     Obj,
-    /// Binary little-endian PLY: positions, normals, texture coordinates, faces.
+    /// Binary little-endian PLY: positions, normals, texture coordinates, colours, faces.
     Ply,
     /// Binary STL: the faces' corners, in 32 bit floats.
     Stl,
@@ -55,7 +55,7 @@ impl MeshOutputFormat {
 /// `texture_folder`, and are made relative to the new library's place.
 ///
 /// What comes back from [`Obj`](MeshOutputFormat::Obj) and [`Ply`](MeshOutputFormat::Ply) is the same to the bit: positions,
-/// normals, texture coordinates and faces, in OBJ also groups and spheres. OBJ numbers vertices by their first use, and leaves
+/// normals, texture coordinates, colours of 8 bits (others within rounding) and faces, in OBJ also groups and spheres. OBJ numbers vertices by their first use, and leaves
 /// out those without one. A mesh with an [origin](Mesh::origin) of its own is written in 64 bits.
 ///
 /// # Errors
@@ -97,9 +97,13 @@ fn check(file: &MeshFile) -> Result<(), EncodeError> {
     let mesh = &file.mesh;
     let vertices = mesh.positions.len();
     let malformed = |what: &str| Err(EncodeError::Malformed(format!("a mesh with {what}")));
-    let lengths = [mesh.normals.as_ref().map(|n| n.len()), mesh.uvs.as_ref().map(|t| t.len())];
+    let lengths = [
+        mesh.normals.as_ref().map(|n| n.len()),
+        mesh.uvs.as_ref().map(|t| t.len()),
+        mesh.colors.as_ref().map(|c| c.len()),
+    ];
     if lengths.iter().flatten().any(|&length| length != vertices) {
-        return malformed("another number of normals or texture coordinates than vertices");
+        return malformed("another number of normals, texture coordinates or colours than vertices");
     }
     if mesh.indices.iter().flatten().any(|&i| i as usize >= vertices) {
         return malformed("an index of no vertex");

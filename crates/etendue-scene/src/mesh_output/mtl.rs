@@ -168,7 +168,9 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn map(&mut self, key: &str, options: &str, texture: &TextureRecord) -> Result {
-        let file = self.folders.relative(&texture.file.value);
+        // Libraries have no words for others.
+        let Some(image) = texture.first_image() else { return Ok(()) };
+        let file = self.folders.relative(&image.file.value);
         writeln!(self.out, "{key} {options}{}", one_line(&file.to_string_lossy()))?;
         Ok(())
     }

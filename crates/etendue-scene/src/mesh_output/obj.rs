@@ -4,6 +4,7 @@ use super::{is_single, mtl, position};
 use crate::{
     mesh_file::{Group, MeshFile},
     output::EncodeError,
+    vertex_colors::encode,
     weld::Welder,
 };
 use etendue::scene::Mesh;
@@ -33,7 +34,7 @@ pub(super) fn write(out: &mut impl Write, path: &Path, file: &MeshFile) -> Resul
 /// The number of each vertex's position.
 fn position_numbers(mesh: &Mesh) -> Vec<u32> {
     let own = || (0..mesh.positions.len() as u32).collect();
-    if mesh.normals.is_none() && mesh.uvs.is_none() {
+    if mesh.normals.is_none() && mesh.uvs.is_none() && mesh.colors.is_none() {
         return own();
     }
     let mut welder = Welder::default();
@@ -43,7 +44,14 @@ fn position_numbers(mesh: &Mesh) -> Vec<u32> {
         let mut faces = mesh.indices.iter().map(|face| face.map(|i| numbers[i as usize]));
         faces.all(|[a, b, c]| a != b && b != c && c != a)
     };
-    numbers.filter(whole).unwrap_or_else(own)
+    // Colours go with positions.
+    let colours_agree = |numbers: &Vec<u32>| {
+        let Some(colors) = &mesh.colors else { return true };
+        let mut first: Vec<Option<[f32; 4]>> = vec![None; numbers.len()];
+        let mut pairs = numbers.iter().zip(colors.iter());
+        pairs.all(|(number, color)| *first[*number as usize].get_or_insert(*color) == *color)
+    };
+    numbers.filter(whole).filter(colours_agree).unwrap_or_else(own)
 }
 
 /// Writes what vertices have; returns the number of each one's position.
@@ -57,11 +65,19 @@ fn vertices(out: &mut impl Write, mesh: &Mesh) -> Result<Vec<u32>, EncodeError> 
         written += 1;
         if is_single(mesh) {
             let [x, y, z] = mesh.positions[vertex];
-            writeln!(out, "v {x} {y} {z}")?;
+            write!(out, "v {x} {y} {z}")?;
         } else {
             let [x, y, z] = position(mesh, vertex).to_array();
-            writeln!(out, "v {x} {y} {z}")?;
+            write!(out, "v {x} {y} {z}")?;
         }
+        if let Some(colors) = &mesh.colors {
+            let [r, g, b, a] = encode(colors[vertex]).map(|steps| (steps / 255.0) as f32);
+            write!(out, " {r} {g} {b}")?;
+            if a < 1.0 {
+                write!(out, " {a}")?;
+            }
+        }
+        writeln!(out)?;
     }
     for [u, v] in mesh.uvs.iter().flat_map(|uvs| uvs.iter()) {
         writeln!(out, "vt {u} {v}")?;

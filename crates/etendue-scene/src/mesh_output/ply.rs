@@ -1,7 +1,7 @@
 //! Binary little-endian PLY.
 
 use super::{is_single, position};
-use crate::output::EncodeError;
+use crate::{output::EncodeError, vertex_colors::encode};
 use etendue::scene::Mesh;
 use std::io::Write;
 
@@ -18,6 +18,12 @@ pub(super) fn write(out: &mut impl Write, mesh: &Mesh) -> Result<(), EncodeError
         (None, None) => &[],
     };
     names.iter().try_for_each(|name| writeln!(out, "property float {name}"))?;
+    let colors: Option<Vec<[f64; 4]>> = mesh.colors.as_ref().map(|colors| colors.iter().map(|c| encode(*c)).collect());
+    let are_bytes = colors.iter().flatten().flatten().all(|steps| steps.fract() == 0.0);
+    if colors.is_some() {
+        let scalar = if are_bytes { "uchar" } else { "float" };
+        ["red", "green", "blue", "alpha"].iter().try_for_each(|name| writeln!(out, "property {scalar} {name}"))?;
+    }
     writeln!(out, "element face {}\nproperty list uchar uint vertex_indices\nend_header", mesh.indices.len())?;
     for vertex in 0..mesh.positions.len() {
         if single {
@@ -29,6 +35,11 @@ pub(super) fn write(out: &mut impl Write, mesh: &Mesh) -> Result<(), EncodeError
         }
         mesh.normals.iter().try_for_each(|normals| write_all(out, &normals[vertex]))?;
         mesh.uvs.iter().try_for_each(|uvs| write_all(out, &uvs[vertex]))?;
+        match colors.as_ref().map(|colors| colors[vertex]) {
+            Some(steps) if are_bytes => out.write_all(&steps.map(|steps| steps as u8))?,
+            Some(steps) => write_all(out, &steps.map(|steps| (steps / 255.0) as f32))?,
+            None => {}
+        }
     }
     for face in mesh.indices.iter() {
         out.write_all(&[3])?;

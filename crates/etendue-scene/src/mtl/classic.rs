@@ -95,7 +95,7 @@ fn opaque(record: &Record, emits: bool, note: Note) -> Surface {
     {
         note(Ignored::ExponentMap, Key::MapExponent);
         let factor = record.number(Key::Exponent).unwrap_or(MAPPED_EXPONENT);
-        return phong(diffuse, specular, Parameter { factor, texture: Some(map.texture.clone()) });
+        return phong(diffuse, specular, Parameter { factor, texture: Some(map.texture()) });
     }
     let alpha = alpha(record);
     match (is_black(&diffuse), is_black(&specular)) {

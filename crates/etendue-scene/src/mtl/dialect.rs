@@ -38,7 +38,7 @@ pub fn material(record: &Record, note: Note) -> (Surface, Number<TextureRecord>)
         specular: color(record, Key::Specular, Key::MapSpecular, black, note),
         exponent: Number {
             factor: exponent(Key::Exponent, DEFAULT_EXPONENT),
-            texture: record.map(Key::MapExponent).map(|map| map.texture.clone()),
+            texture: record.map(Key::MapExponent).map(|map| map.texture()),
         },
         diffuse_transmission,
         transmission,

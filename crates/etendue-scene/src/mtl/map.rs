@@ -3,7 +3,7 @@
 use super::{keys::Key, record::Map};
 use crate::{
     FileId, Span,
-    description::{Located, TextureRecord},
+    description::{ImageRecord, Located},
     text::joined,
 };
 use etendue::texture::{Channel, Filtering, Mapping, UvTransform, Wrap};
@@ -282,14 +282,14 @@ impl Reader<'_> {
 
     fn map(&self, name: Range<usize>, file: FileId) -> Map {
         let text = String::from_utf8_lossy(&self.text[name.clone()]).into_owned();
-        let filtering = if self.blend == [false; 2] { Filtering::Nearest } else { Filtering::Bilinear };
+        let filtering = if self.blend == [false; 2] { Filtering::Nearest } else { Filtering::Trilinear };
         let transform = UvTransform::new(self.scale, 0.0, self.offset);
         Map {
-            texture: TextureRecord {
+            image: ImageRecord {
                 file: Located { value: PathBuf::from(text), origin: Span::new(file, self.place(name)).into() },
                 transfer: None,
-                mapping: Mapping { filtering, transform, ..self.mapping },
             },
+            mapping: Mapping { filtering, transform, ..self.mapping },
             bump: self.bump,
             channel_given: self.channel_given,
         }

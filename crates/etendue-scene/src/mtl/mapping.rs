@@ -11,7 +11,7 @@ use crate::description::TextureRecord;
 use etendue::{
     material::{Color, Emission, Material, Number, Parameter, Relief, Scattering, TangentField},
     spectrum::Spectrum,
-    texture::{Channel, Transfer},
+    texture::Channel,
 };
 
 /// Colours and numbers over a surface.
@@ -25,10 +25,10 @@ pub const MIRROR: f32 = 1000.0;
 pub const DEFAULT_EXPONENT: f32 = 10.0;
 pub const DEFAULT_IOR: f32 = 1.5;
 /// Height of white in bump maps, in the units of the file.
-const BUMP_HEIGHT: f32 = 0.01;
+pub const BUMP_HEIGHT: f32 = 0.01;
 
 /// Names that the old renderer knows.
-const LAMP: &str = "AreaLightSource";
+pub const LAMP: &str = "AreaLightSource";
 const MEDIA: [&str; 2] = ["GlobalScatter", "global_scatter"];
 
 /// The material; `note` is told what was approximated.
@@ -90,12 +90,12 @@ pub fn color(record: &Record, key: Key, map: Key, default: Spectrum, note: Note)
         Some(colour) => Spectrum(colour),
         None => Spectrum::ONE,
     };
-    Parameter { factor, texture: Some(map.texture.clone()) }
+    Parameter { factor, texture: Some(map.texture()) }
 }
 
 /// A number and the image that multiplies it; with an image, an absent number counts as 1.
 pub fn number(record: &Record, key: Key, map: Key, default: f32) -> Number<TextureRecord> {
-    let texture = record.map(map).map(|map| map.texture.clone());
+    let texture = record.map(map).map(|map| map.texture());
     let default = if texture.is_some() { 1.0 } else { default };
     Parameter { factor: record.number(key).unwrap_or(default), texture }
 }
@@ -126,13 +126,14 @@ fn emission(record: &Record, note: Note) -> Option<Emission<TextureRecord>> {
     (!is_black(&radiance)).then_some(Emission { radiance, two_sided: true })
 }
 
-fn lamp(record: &Record, note: Note) -> Option<Emission<TextureRecord>> {
+/// What a light source of the old renderer emits.
+pub fn lamp(record: &Record, note: Note) -> Option<Emission<TextureRecord>> {
     note(Ignored::LampByName, Key::Diffuse);
     let textured = record.map(Key::MapDiffuse).is_some();
     let radiance = Parameter {
         // A lamp that is switched off stays so, whatever its image.
         factor: Spectrum(record.colour(Key::Diffuse).unwrap_or(if textured { [1.0; 3] } else { [0.0; 3] })),
-        texture: record.map(Key::MapDiffuse).map(|map| map.texture.clone()),
+        texture: record.map(Key::MapDiffuse).map(|map| map.texture()),
     };
     (!is_black(&radiance)).then_some(Emission { radiance, two_sided: true })
 }
@@ -158,9 +159,9 @@ pub fn opacity(record: &Record, note: Note) -> Number<TextureRecord> {
 /// An opacity with `map_d`.
 pub fn masked(record: &Record, factor: f32) -> Number<TextureRecord> {
     let Some(map) = record.map(Key::MapOpacity) else { return factor.into() };
-    let mut texture = map.texture.clone();
-    let colour_file = record.map(Key::MapDiffuse).map(|colour| &colour.texture.file.value);
-    if !map.channel_given && colour_file == Some(&texture.file.value) {
+    let mut texture = map.texture();
+    let colour_file = record.map(Key::MapDiffuse).map(|colour| &colour.image.file.value);
+    if !map.channel_given && colour_file == Some(&map.image.file.value) {
         texture.mapping.channel = Channel::Alpha;
     }
     // `d 0` with a map would make all of it invisible.
@@ -178,18 +179,17 @@ fn relief(record: &Record, note: Note) -> Option<Relief<TextureRecord>> {
         return Some(normals(map));
     }
     note(Ignored::BumpHeight, Key::Bump);
-    let height = Parameter { factor: BUMP_HEIGHT * map.bump, texture: Some(map.texture.clone()) };
+    let height = Parameter { factor: BUMP_HEIGHT * map.bump, texture: Some(map.texture()) };
     Some(Relief::Bump { height })
 }
 
 fn normals(map: &Map) -> Relief<TextureRecord> {
-    let texture = TextureRecord { transfer: Some(Transfer::Linear), ..map.texture.clone() };
-    Relief::Normals { map: texture, scale: map.bump }
+    Relief::Normals { map: map.data(), scale: map.bump }
 }
 
 /// Some programs write maps of normals as `map_Bump`.
 fn is_named_for_normals(map: &Map) -> bool {
-    let name = map.texture.file.value.to_string_lossy().to_lowercase();
+    let name = map.image.file.value.to_string_lossy().to_lowercase();
     let file = name.rsplit(['/', '\\']).next().unwrap_or(&name);
     let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
     stem.contains("normal") || ["_n", "-n", "_nrm", "_nor", "_norm", "_ddn"].iter().any(|end| stem.ends_with(end))

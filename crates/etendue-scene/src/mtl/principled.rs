@@ -5,14 +5,13 @@ use super::{
     findings::Ignored,
     keys::Key,
     mapping::{DEFAULT_IOR, Note, Surface, color, constant_opacity, ior, masked, number, refracts},
-    record::Record,
+    record::{Map, Record},
 };
 use crate::description::TextureRecord;
 use etendue::{
     bsdf::PrincipledParameters,
     material::{Color, Number, Parameter, Scattering},
     spectrum::Spectrum,
-    texture::Transfer,
 };
 use std::f32::consts::TAU;
 
@@ -86,8 +85,8 @@ fn index(record: &Record, note: Note) -> f32 {
 }
 
 fn sheen(record: &Record) -> Color<TextureRecord> {
-    let Number { factor, texture } = number(record, Key::Sheen, Key::MapSheen, 0.0);
+    let Number { factor, .. } = number(record, Key::Sheen, Key::MapSheen, 0.0);
     // A weight, though it is held by a colour.
-    let texture = texture.map(|texture| TextureRecord { transfer: Some(Transfer::Linear), ..texture });
+    let texture = record.map(Key::MapSheen).map(Map::data);
     Parameter { factor: Spectrum::splat(factor), texture }
 }

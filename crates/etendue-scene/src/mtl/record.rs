@@ -1,7 +1,8 @@
 //! One material as it stands in the file.
 
 use super::keys::Key;
-use crate::description::TextureRecord;
+use crate::description::{ImageRecord, TextureRecord};
+use etendue::texture::{Mapping, Pattern, Transfer};
 use std::{collections::BTreeMap, ops::Range};
 
 /// One `newmtl`.
@@ -45,11 +46,26 @@ pub enum Value {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     /// The image.
-    pub texture: TextureRecord,
+    pub image: ImageRecord,
+    /// Where it goes on the surface.
+    pub mapping: Mapping,
     /// `-bm`: factor of bumps.
     pub bump: f32,
     /// The channel was asked for.
     pub channel_given: bool,
+}
+
+impl Map {
+    /// The texture.
+    pub fn texture(&self) -> TextureRecord {
+        TextureRecord { pattern: Pattern::Image(self.image.clone()), mapping: self.mapping }
+    }
+
+    /// The texture, its samples no colours.
+    pub fn data(&self) -> TextureRecord {
+        let image = ImageRecord { transfer: Some(Transfer::Linear), ..self.image.clone() };
+        TextureRecord { pattern: Pattern::Image(image), mapping: self.mapping }
+    }
 }
 
 impl Record {

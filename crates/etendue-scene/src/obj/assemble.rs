@@ -9,6 +9,7 @@ use super::{
 use crate::{
     polygon::{Cut, Triangulator, angle_at, newell},
     positions::localise,
+    vertex_colors::{self, WHITE},
 };
 use etendue::scene::Mesh;
 use glam::DVec3;
@@ -283,10 +284,20 @@ impl Assembly {
         let Triples { positions: used, .. } = triples;
         let positions = std::mem::take(&mut statements.positions);
         let (origin, local) = localise(used.iter().map(|&position| positions[position as usize]));
-        let mesh =
-            Mesh { origin, positions: local, indices, normals: mesh_normals, uvs: mesh_uvs, face_materials: None };
-        (mesh, repairs)
+        drop(positions);
+        let colors = mesh_colors(std::mem::take(&mut statements.colors), &used);
+        let (normals, uvs) = (mesh_normals, mesh_uvs);
+        (Mesh { origin, positions: local, indices, normals, uvs, colors, face_materials: None }, repairs)
     }
+}
+
+/// The colours of the positions that are used, if there are any.
+fn mesh_colors(mut colors: Vec<[f32; 4]>, used: &[u32]) -> Option<Arc<[[f32; 4]]>> {
+    if colors.is_empty() {
+        return None;
+    }
+    vertex_colors::decode(&mut colors);
+    Some(used.iter().map(|&position| colors.get(position as usize).copied().unwrap_or(WHITE)).collect())
 }
 
 /// The triangles of all pieces, each of which is given back once it is copied.

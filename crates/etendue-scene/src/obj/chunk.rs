@@ -9,6 +9,7 @@ use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     positions::{LARGEST, unit_normal},
     text::{Cursor, NumberError, Tally, joined, pieces::Piece, shown},
+    vertex_colors::WHITE,
 };
 use glam::DVec3;
 use std::{borrow::Cow, collections::BTreeMap, ops::Range};
@@ -19,6 +20,8 @@ pub(super) struct Chunk {
     /// Where it stands in the file.
     pub place: Range<usize>,
     pub positions: Vec<DVec3>,
+    /// As in the file, up to the last position that has one.
+    pub colors: Vec<[f32; 4]>,
     pub uvs: Vec<[f32; 2]>,
     /// Unit vectors, or zero.
     pub normals: Vec<[f32; 3]>,
@@ -126,6 +129,7 @@ impl<'a> Parser<'a> {
         let out = Chunk {
             place: start..start + bytes.len(),
             positions: vec![],
+            colors: vec![],
             uvs: vec![],
             normals: vec![],
             corners: Corners::default(),
@@ -155,6 +159,7 @@ impl<'a> Parser<'a> {
     fn finish(self) -> Chunk {
         let mut out = self.out;
         out.positions.shrink_to_fit();
+        out.colors.shrink_to_fit();
         out.uvs.shrink_to_fit();
         out.normals.shrink_to_fit();
         out.corners.shrink();
@@ -290,17 +295,35 @@ impl<'a> Parser<'a> {
         }
     }
 
-    #[cold]
     fn rest_of_vertex(&mut self) {
         let first = self.cursor.here();
-        let is_one = self.cursor.clone().number() == Ok(1.0);
+        let start = self.cursor.at;
         let count = std::iter::from_fn(|| Some(self.cursor.word()).filter(|word| !word.is_empty())).take(5).count();
+        let end = std::mem::replace(&mut self.cursor.at, start);
         match count {
-            1 if is_one => {}
+            1 if self.cursor.clone().number() == Ok(1.0) => {}
             1 => self.skip(Skipped::Weight, first),
-            3 | 4 => self.skip(Skipped::VertexColours, first),
+            3 | 4 => match self.color(count) {
+                Some(color) => {
+                    let position = self.out.positions.len() - 1;
+                    self.out.colors.resize(position, WHITE);
+                    self.out.colors.push(color);
+                }
+                None => self.skip(Skipped::BadColour, first),
+            },
             _ => self.skip(Skipped::MoreNumbers, first),
         }
+        self.cursor.at = end;
+    }
+
+    /// `r g b` or `r g b a`
+    fn color(&mut self, count: usize) -> Option<[f32; 4]> {
+        let mut color = WHITE;
+        for channel in &mut color[..count] {
+            self.cursor.skip_blanks();
+            *channel = self.cursor.number().ok()? as f32;
+        }
+        color.iter().all(|c| c.is_finite()).then_some(color)
     }
 
     /// Reports an error at a word; its text is only made if it is kept.

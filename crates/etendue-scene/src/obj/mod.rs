@@ -2,7 +2,7 @@
 //!
 //! | statement | read as |
 //! |---|---|
-//! | `v x y z [w]`, `v x y z r g b [a]` | a position; weights and colours are ignored with a note |
+//! | `v x y z [w]`, `v x y z r g b [a]` | a position, weights are ignored with a note; a colour, sRGB, from 0 to 1 or, if one of the file is above 1, to 255; white where others have one |
 //! | `vt u [v [w]]` | texture coordinates, v up as in the file; a missing v is 0, w is ignored |
 //! | `vn x y z` | a normal, made unit length; one without length or not finite is replaced by the face's |
 //! | `f v`, `v/vt`, `v//vn`, `v/vt/vn` | a polygon of three or more corners, cut into triangles; indices count from 1, or backwards from -1, and may run ahead of what they name; index 0 of vt or vn counts as none |

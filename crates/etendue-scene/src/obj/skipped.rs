@@ -12,7 +12,7 @@ pub(super) enum Skipped {
     FreeForm,
     Attribute,
     Weight,
-    VertexColours,
+    BadColour,
     MoreNumbers,
     BadUv,
     BadNormal,
@@ -49,7 +49,10 @@ impl Finding for Skipped {
             }
             Self::Attribute => Diagnostic::note(format!("`{key}` has no meaning here and is ignored{}", times(count))),
             Self::Weight => Diagnostic::note(format!("weights (w) of vertices are ignored ({})", of("line"))),
-            Self::VertexColours => Diagnostic::note(format!("vertex colours are not read ({})", of("line"))),
+            Self::BadColour => Diagnostic::warning(format!(
+                "vertex colours that are no finite numbers count as white ({})",
+                of("line")
+            )),
             Self::MoreNumbers => Diagnostic::note(format!("surplus numbers are ignored ({})", of("line"))),
             Self::BadUv => {
                 Diagnostic::warning(format!("texture coordinates that are not finite count as 0 ({})", of("line")))

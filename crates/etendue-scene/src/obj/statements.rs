@@ -11,6 +11,7 @@ use crate::{
     Diagnostics, FileId,
     content::Content,
     text::{Cursor, Tally, pieces::map_pieces},
+    vertex_colors::WHITE,
 };
 use glam::DVec3;
 use std::{collections::BTreeMap, io, ops::Range};
@@ -18,6 +19,8 @@ use std::{collections::BTreeMap, io, ops::Range};
 /// What an OBJ file says. Materials and groups are runs of faces.
 pub(super) struct Statements {
     pub positions: Vec<DVec3>,
+    /// As in the file, up to the last position that has one.
+    pub colors: Vec<[f32; 4]>,
     pub uvs: Vec<[f32; 2]>,
     /// Unit vectors, or zero.
     pub normals: Vec<[f32; 3]>,
@@ -121,6 +124,7 @@ impl Statements {
     fn of(chunks: Vec<Chunk>, bases: &[Counts]) -> Self {
         let mut all = Self {
             positions: vec![],
+            colors: vec![],
             uvs: vec![],
             normals: vec![],
             faces: Vec::with_capacity(chunks.len()),
@@ -159,7 +163,12 @@ impl Statements {
 
     /// Appends a piece whose first face is number `face`.
     fn add(&mut self, chunk: Chunk, base: Counts, face: u32, ids: &mut BTreeMap<Vec<u8>, u32>) {
-        let Chunk { positions, uvs, normals, corners, faces, material_names, spheres, .. } = chunk;
+        let Chunk { positions, colors, uvs, normals, corners, faces, material_names, spheres, .. } = chunk;
+        if !colors.is_empty() {
+            self.colors.resize(self.positions.len(), WHITE);
+            self.colors.extend_from_slice(&colors);
+        }
+        drop(colors);
         self.positions.extend_from_slice(&positions);
         drop(positions);
         self.uvs.extend_from_slice(&uvs);

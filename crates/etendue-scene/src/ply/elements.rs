@@ -9,6 +9,7 @@ use crate::{
     indexed::{Indexed, Repair},
     positions::{unit_normal, usable},
     text::{Tally, counted, shown, tally::Finding},
+    vertex_colors::{self, WHITE},
 };
 use glam::DVec3;
 use std::ops::Range;
@@ -18,11 +19,12 @@ use std::ops::Range;
 pub(super) enum Skipped {
     Element,
     Property,
-    Colours,
+    HalfColour,
     HalfNormal,
     RestOfLine,
     TrailingBytes,
     BadUv,
+    BadColour,
     Repaired(Repair),
 }
 
@@ -32,7 +34,10 @@ impl Finding for Skipped {
         match self {
             Self::Element => Diagnostic::note(format!("element `{key}` is not read ({count} of them)")),
             Self::Property => Diagnostic::note(format!("property `{key}` is not read")),
-            Self::Colours => Diagnostic::note("vertex colours are not read"),
+            Self::HalfColour => {
+                Diagnostic::warning(format!("property `{key}` ignored: a colour needs red, green and blue"))
+            }
+            Self::BadColour => Diagnostic::warning(format!("{} not finite count as white", of("colour"))),
             Self::HalfNormal => Diagnostic::warning(format!("property `{key}` ignored: a normal needs nx, ny and nz")),
             Self::RestOfLine => Diagnostic::warning(format!("more numbers than the header says on {}", of("line"))),
             Self::TrailingBytes => Diagnostic::warning(format!("{} after the data ignored", of("byte"))),
@@ -50,8 +55,10 @@ pub(super) struct Content {
     pub bad: Vec<(u32, Span)>,
 }
 
-/// Columns of a vertex: x y z, nx ny nz, u v.
-const COLUMNS: usize = 8;
+/// Columns of a vertex: x y z, nx ny nz, u v, red green blue alpha.
+const COLUMNS: usize = 12;
+const COLOURS: [[&str; 4]; 2] =
+    [["red", "green", "blue", "alpha"], ["diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"]];
 const UVS: [[&str; 2]; 4] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 
 /// Most faces and vertices: indices fit in 32 bits.
@@ -63,6 +70,18 @@ pub(super) struct Reader<'h, V> {
     pub values: V,
     pub found: Diagnostics,
     pub skipped: Tally<Skipped>,
+}
+
+/// What brings each channel of a colour to 1: numbers without sign count up to their largest.
+fn channel_scales(element: &Element, columns: &[Option<usize>]) -> [f64; 4] {
+    [8, 9, 10, 11].map(|column| {
+        let at = columns.iter().position(|c| *c == Some(column));
+        match at.map(|at| element.properties[at].kind) {
+            Some(Kind::Scalar(Scalar::U8)) => 1.0 / 255.0,
+            Some(Kind::Scalar(Scalar::U16)) => 1.0 / 65535.0,
+            _ => 1.0,
+        }
+    })
 }
 
 /// Stops the reading; the error is among what was found.
@@ -205,6 +224,7 @@ impl<V: Values> Reader<'_, V> {
         }
         let normals = ["nx", "ny", "nz"].iter().all(|name| has(name));
         let uvs = UVS.into_iter().find(|pair| pair.iter().all(|name| has(name))).unwrap_or([""; 2]);
+        let colours = COLOURS.into_iter().find(|names| names[..3].iter().all(|name| has(name))).unwrap_or([""; 4]);
         let mut columns = vec![];
         for property in &element.properties {
             let name = property.name.as_str();
@@ -220,13 +240,13 @@ impl<V: Values> Reader<'_, V> {
                 "nz" if normals => Some(5),
                 _ if name == uvs[0] => Some(6),
                 _ if name == uvs[1] => Some(7),
-                _ => None,
+                _ => colours.iter().position(|colour| *colour == name).map(|channel| 8 + channel),
             };
             // Of a property that is there twice, the first counts.
             let column = column.filter(|column| !columns.contains(&Some(*column)));
             let skipped = match name {
                 _ if column.is_some() => None,
-                "red" | "green" | "blue" | "alpha" => Some((Skipped::Colours, &b""[..])),
+                "red" | "green" | "blue" => Some((Skipped::HalfColour, name.as_bytes())),
                 "nx" | "ny" | "nz" => Some((Skipped::HalfNormal, name.as_bytes())),
                 _ => Some((Skipped::Property, name.as_bytes())),
             };
@@ -245,21 +265,26 @@ impl<V: Values> Reader<'_, V> {
         content.mesh.positions = Vec::with_capacity(count);
         content.mesh.normals = columns.contains(&Some(3)).then(|| Vec::with_capacity(count));
         content.mesh.uvs = columns.contains(&Some(6)).then(|| Vec::with_capacity(count));
+        content.mesh.colors = columns.contains(&Some(8)).then(|| Vec::with_capacity(count));
+        let scales = channel_scales(element, &columns);
         for index in 0..count as u64 {
             self.values.begin();
             let place = self.values.place();
             match self.row(element, &columns, index) {
-                Ok(row) => self.push_vertex(content, row, place, element),
+                Ok(row) => self.push_vertex(content, row, &scales, place, element),
                 Err(Stop) => self.go_on()?,
             }
             self.end_of_element();
         }
+        content.mesh.colors.iter_mut().for_each(|colors| vertex_colors::decode(colors));
         Ok(())
     }
 
     #[inline(always)]
     fn row(&mut self, element: &Element, columns: &[Option<usize>], index: u64) -> Result<[f64; COLUMNS], Stop> {
         let mut row = [0.0; COLUMNS];
+        // Opaque, if nothing else is said.
+        row[COLUMNS - 1] = 1.0;
         for (property, column) in element.properties.iter().zip(columns) {
             match (property.kind, *column) {
                 (Kind::Scalar(scalar), Some(column)) => row[column] = self.number(scalar, element, index)?,
@@ -279,7 +304,8 @@ impl<V: Values> Reader<'_, V> {
     fn push_vertex(
         &mut self,
         content: &mut Content,
-        [x, y, z, nx, ny, nz, u, v]: [f64; COLUMNS],
+        [x, y, z, nx, ny, nz, u, v, red, green, blue, alpha]: [f64; COLUMNS],
+        scales: &[f64; 4],
         place: Option<Range<usize>>,
         element: &Element,
     ) {
@@ -299,6 +325,15 @@ impl<V: Values> Reader<'_, V> {
                 uv = [0.0; 2];
             }
             uvs.push(uv);
+        }
+        if let Some(colors) = &mut content.mesh.colors {
+            let [r, g, b, a] = scales;
+            let mut color = [red * r, green * g, blue * b, alpha * a].map(|c| c as f32);
+            if color.iter().any(|c| !c.is_finite()) {
+                self.skipped.add(Skipped::BadColour, b"", self.file, element.place.clone());
+                color = WHITE;
+            }
+            colors.push(color);
         }
     }
 

@@ -5,7 +5,7 @@
 //! | `vertex` | `x y z` | position |
 //! | | `nx ny nz` | normal, made unit length; one without length or not finite is replaced by that of the faces about it |
 //! | | `u v`, `s t`, `texture_u texture_v` or `texture_s texture_t` | texture coordinates |
-//! | | `red green blue alpha` | skipped with a note |
+//! | | `red green blue`, with `alpha` | a colour, sRGB: of whole numbers without sign up to their largest; others from 0 to 1 or, if one of the file is above 1, to 255; the same with `diffuse_` before the names |
 //! | `face` | list `vertex_indices` or `vertex_index` | a polygon, cut into triangles |
 //! | `tristrips` | the same lists | triangle strips, -1 begins a new one |
 //!

@@ -1,16 +1,15 @@
 //! Walking tables by hand: every value is checked where it stands, and every key is accounted for.
 
-use super::keys::{Key, Section};
+use super::{
+    keys::{Key, Section},
+    texture::Textures,
+};
 use crate::{
     Diagnostic, Diagnostics, Origin, Severity,
-    description::TextureRecord,
     diagnostic::nearest,
     value::{Data, Entry, Value},
 };
-use std::{
-    cell::{Cell, OnceCell, RefCell},
-    collections::BTreeMap,
-};
+use std::cell::{Cell, RefCell};
 
 /// What the reading of one file shares.
 #[derive(Debug)]
@@ -19,8 +18,8 @@ pub struct Context {
     pub diagnostics: RefCell<Diagnostics>,
     /// Statements were skipped for their syntax: do not complain of what is missing.
     pub damaged: bool,
-    /// `[textures.NAME]`, by name; `None` for those that could not be read. Set before anything refers to one.
-    pub textures: OnceCell<BTreeMap<String, Option<TextureRecord>>>,
+    /// `[textures.NAME]`, by name; `None` for those that could not be read. All are there before a material refers to one.
+    pub textures: RefCell<Textures>,
 }
 
 impl Context {
@@ -209,6 +208,11 @@ impl<'a> Fields<'a> {
         let of = said.map(|(key, variant)| format!(" of {key} `{variant}`")).unwrap_or_default();
         let message = format!("{}{of} needs {what}", self.section.name);
         self.cx.missing(Diagnostic::error(message).at(self.origin.clone()));
+    }
+
+    /// Reports something.
+    pub fn push(&self, diagnostic: Diagnostic) {
+        self.cx.push(diagnostic);
     }
 
     /// Where a key is.

@@ -122,12 +122,25 @@ pub static ENVIRONMENT: Section = Section {
         all("type"),
         of("radiance", &["constant"]),
         of("image", &["image"]),
-        of("strength", &["image"]),
+        of("strength", &["image", "sky"]),
         of("rotation", &["image"]),
         of("top", &["gradient"]),
         of("horizon", &["gradient"]),
         of("bottom", &["gradient"]),
-        of("up", &["image", "gradient"]),
+        of("up", &["image", "gradient", "sky"]),
+        of("sun", &["sky"]),
+        of("elevation", &["sky"]),
+        of("azimuth", &["sky"]),
+        of("date", &["sky"]),
+        of("time", &["sky"]),
+        of("utc_offset", &["sky"]),
+        of("latitude", &["sky"]),
+        of("longitude", &["sky"]),
+        of("north", &["sky"]),
+        of("turbidity", &["sky"]),
+        of("ground", &["sky"]),
+        of("sun_size", &["sky"]),
+        of("sun_disk", &["sky"]),
     ],
 };
 
@@ -172,17 +185,33 @@ pub static DENSITY: Section = Section {
     ],
 };
 
+/// Types of materials whose surface is seen.
+const SEEN: &[&str] = &[
+    "diffuse",
+    "mirror",
+    "glass",
+    "rough-metal",
+    "rough-glass",
+    "brushed-metal",
+    "mtl",
+    "phong",
+    "principled",
+    "black",
+];
+
 /// A material.
 pub static MATERIAL: Section = Section {
     name: "[materials.NAME]",
     keys: &[
         all("type"),
-        all("emission"),
-        all("opacity"),
-        all("bump"),
-        all("normal_map"),
-        all("normal_scale"),
-        all("tangent"),
+        all("interior"),
+        all("priority"),
+        of("emission", SEEN),
+        of("opacity", SEEN),
+        of("bump", SEEN),
+        of("normal_map", SEEN),
+        of("normal_scale", SEEN),
+        of("tangent", SEEN),
         of("reflectance", &["diffuse", "mirror", "brushed-metal"]),
         of("transmittance", &["diffuse"]),
         of("ior", &["glass", "rough-glass", "mtl", "phong", "principled"]),
@@ -225,22 +254,46 @@ pub static TANGENT: Section = Section {
     ],
 };
 
-/// An image on surfaces.
+/// Types of textures that are placed by texture coordinates, or computed at points.
+const PLACED: &[&str] = &["image", "checker", "grid", "noise", "wood", "marble", "gradient"];
+/// Those of two colours.
+const TWO_COLORS: &[&str] = &["checker", "grid", "noise", "wood", "marble", "mix", "multiply"];
+
+/// A function over surfaces.
 pub static TEXTURE: Section = Section {
     name: "[textures.NAME]",
     keys: &[
-        all("file"),
-        all("encoding"),
+        all("type"),
+        of("file", &["image"]),
+        of("encoding", &["image"]),
         all("channel"),
-        all("filter"),
-        all("wrap"),
-        all("scale"),
-        all("rotate"),
-        all("offset"),
+        of("filter", &["image"]),
+        of("wrap", &["image"]),
+        of("coordinates", &["checker", "grid", "noise", "wood", "marble", "gradient"]),
+        of("scale", PLACED),
+        of("rotate", PLACED),
+        of("offset", PLACED),
         all("gain"),
         all("base"),
+        of("color1", TWO_COLORS),
+        of("color2", TWO_COLORS),
+        of("weight", &["mix"]),
+        of("width", &["grid"]),
+        of("octaves", &["noise"]),
+        of("roughness", &["noise"]),
+        of("turbulence", &["noise"]),
+        of("distortion", &["wood", "marble"]),
+        of("axis", &["wood", "marble"]),
+        of("seed", &["noise", "wood", "marble"]),
+        of("stops", &["gradient"]),
+        of("radial", &["gradient"]),
+        of("from", &["gradient"]),
+        of("to", &["gradient"]),
     ],
 };
+
+/// A colour of a gradient.
+pub static STOP: Section = Section { name: "a stop", keys: &[all("at"), all("color")] };
 
 /// A parameter that varies over the surface.
 pub static PARAMETER: Section =
@@ -255,7 +308,15 @@ pub static EMISSION: Section = Section { name: "emission", keys: &[all("radiance
 /// Geometry to be shared.
 pub static MESH: Section = Section {
     name: "[meshes.NAME]",
-    keys: &[all("file"), all("positions"), all("indices"), all("normals"), all("uvs"), all("crease_angle")],
+    keys: &[
+        all("file"),
+        all("positions"),
+        all("indices"),
+        all("normals"),
+        all("uvs"),
+        all("colors"),
+        all("crease_angle"),
+    ],
 };
 
 /// A thing in the scene.
@@ -265,6 +326,7 @@ pub static OBJECT: Section = Section {
         all("shape"),
         all("name"),
         all("material"),
+        of("materials", &["mesh"]),
         all("transform"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),
@@ -309,7 +371,7 @@ pub static LIGHT: Section = Section {
 };
 
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 24] = [
+pub static SECTIONS: [&Section; 25] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -323,6 +385,7 @@ pub static SECTIONS: [&Section; 24] = [
     &PHASE,
     &DENSITY,
     &TEXTURE,
+    &STOP,
     &MATERIAL,
     &PARAMETER,
     &TEXTURE_REFERENCE,

@@ -3,6 +3,7 @@
 use super::{
     fields::{Fields, Item},
     keys, settings,
+    sky::sky,
     values::Bounds,
 };
 use crate::description::{EnvironmentRecord, Located, UpAxis};
@@ -10,20 +11,22 @@ use etendue::{math::DVec3, scene::DeltaLight, spectrum::Spectrum};
 use std::path::PathBuf;
 
 /// Degrees.
-const TURN: Bounds = Bounds::within(-1e6, 1e6);
+pub(super) const TURN: Bounds = Bounds::within(-1e6, 1e6);
 /// Degrees of the whole cone, and the share of it that fades, of spots that do not say.
 const SPOT: (f64, f64) = (60.0, 0.2);
 
 #[derive(Clone, Copy)]
-enum Sky {
+enum Kind {
     Constant,
     Image,
     Gradient,
+    Sky,
 }
 
 /// `[environment]`.
 pub fn environment(file: &Fields) -> Option<EnvironmentRecord> {
-    const KINDS: [(&str, Sky); 3] = [("constant", Sky::Constant), ("image", Sky::Image), ("gradient", Sky::Gradient)];
+    const KINDS: [(&str, Kind); 4] =
+        [("constant", Kind::Constant), ("image", Kind::Image), ("gradient", Kind::Gradient), ("sky", Kind::Sky)];
     let mut fields = settings::section(file, "environment", &keys::ENVIRONMENT)?;
     let has = |key| fields.key_origin(key).is_some();
     let default = match () {
@@ -33,32 +36,37 @@ pub fn environment(file: &Fields) -> Option<EnvironmentRecord> {
     };
     let kind = fields.variant("type", &KINDS, Some(default));
     let colour = |i: Item| i.colour(Bounds::LIGHT);
-    let up = || fields.read("up", |i| i.choice(&UpAxis::ALL.map(|axis| (axis.name(), axis)))).unwrap_or_default();
     let record = kind.and_then(|kind| match kind {
-        Sky::Constant => fields.need("radiance", colour).map(EnvironmentRecord::Constant),
-        Sky::Image => {
+        Kind::Constant => fields.need("radiance", colour).map(EnvironmentRecord::Constant),
+        Kind::Image => {
             let file = fields.need("image", |i| {
                 Some(Located { value: PathBuf::from(i.name_text()?), origin: i.value.origin.clone() })
             });
             let strength = fields.read("strength", colour).unwrap_or(Spectrum::ONE);
             let rotation = fields.read("rotation", |i| i.number(TURN)).unwrap_or(0.0);
-            let up = up();
+            let up = up(&fields);
             Some(EnvironmentRecord::Image { file: file?, strength, rotation, up })
         }
-        Sky::Gradient => {
+        Kind::Gradient => {
             let top = fields.need("top", colour);
-            let (horizon, bottom, up) = (fields.read("horizon", colour), fields.read("bottom", colour), up());
+            let (horizon, bottom, up) = (fields.read("horizon", colour), fields.read("bottom", colour), up(&fields));
             let top = top?;
             let horizon = horizon.unwrap_or(top);
             Some(EnvironmentRecord::Gradient { top, horizon, bottom: bottom.unwrap_or(horizon), up })
         }
+        Kind::Sky => sky(&fields),
     });
     fields.finish();
     record
 }
 
+/// The axis that points up.
+pub(super) fn up(fields: &Fields) -> UpAxis {
+    fields.read("up", |i| i.choice(&UpAxis::ALL.map(|axis| (axis.name(), axis)))).unwrap_or_default()
+}
+
 #[derive(Clone, Copy)]
-enum Kind {
+enum LightKind {
     Point,
     Spot,
     Directional,
@@ -66,15 +74,16 @@ enum Kind {
 
 /// One of `[[lights]]`.
 pub fn light(item: Item) -> Option<Located<DeltaLight>> {
-    const KINDS: [(&str, Kind); 3] = [("point", Kind::Point), ("spot", Kind::Spot), ("directional", Kind::Directional)];
+    const KINDS: [(&str, LightKind); 3] =
+        [("point", LightKind::Point), ("spot", LightKind::Spot), ("directional", LightKind::Directional)];
     let mut fields = item.table(&keys::LIGHT, "[[lights]]")?;
     let light = match fields.variant("type", &KINDS, Some("point")) {
-        Some(Kind::Point) => {
+        Some(LightKind::Point) => {
             let (position, intensity) = place(&fields);
             position.zip(intensity).map(|(position, intensity)| DeltaLight::Point { position, intensity })
         }
-        Some(Kind::Spot) => spot(&fields),
-        Some(Kind::Directional) => {
+        Some(LightKind::Spot) => spot(&fields),
+        Some(LightKind::Directional) => {
             let direction = fields.need("direction", |i| i.direction());
             let irradiance = fields.need("irradiance", |i| i.colour(Bounds::LIGHT));
             direction.zip(irradiance).map(|(direction, irradiance)| DeltaLight::Directional { direction, irradiance })

@@ -6,19 +6,24 @@ mod light;
 mod material;
 mod medium;
 mod object;
+mod pattern;
 mod references;
 mod settings;
+mod sky;
 mod tangent;
 mod texture;
 mod toml_syntax;
 mod values;
 
+pub(crate) use material::PRIORITY;
 pub use material::default_material;
 pub(crate) use medium::{COEFFICIENT, FREE_PATH, MEAN_COSINE, TINT, WEIGHT};
 pub(crate) use object::SEGMENTS;
+pub(crate) use pattern::{KINDS as PATTERNS, MAX_STOPS};
 pub use references::check_files;
 pub(crate) use settings::MAX_DEPTH;
 pub use settings::MAX_SIDE;
+pub(crate) use sky::{LATITUDES, LONGITUDES, SUN_SIZES, TURBIDITIES, ZONES};
 pub use values::{Bounds, rotation, sin_cos_degrees};
 
 use crate::{
@@ -27,10 +32,7 @@ use crate::{
     value::{Data, Entry},
 };
 use fields::{Context, Fields, Item};
-use std::{
-    cell::{OnceCell, RefCell},
-    path::Path,
-};
+use std::{cell::RefCell, path::Path};
 
 /// Media, materials, meshes, objects and lights that a scene file may have, of each.
 pub const MAX_RECORDS: usize = 1 << 20;
@@ -46,7 +48,7 @@ pub fn read_toml(file: FileId, bytes: &[u8], folder: &Path) -> (Option<SceneDesc
 fn read_any(file: FileId, bytes: &[u8], folder: &Path) -> (SceneDescription, Diagnostics) {
     let mut diagnostics = Diagnostics::new();
     let (entries, damaged) = toml_syntax::read(file, bytes, &mut diagnostics);
-    let cx = Context { diagnostics: RefCell::new(diagnostics), damaged, textures: OnceCell::new() };
+    let cx = Context { diagnostics: RefCell::new(diagnostics), damaged, textures: RefCell::default() };
     let description = scene(&cx, &entries, file, folder);
     references::check(&cx, &description);
     let mut diagnostics = cx.diagnostics.into_inner();
@@ -59,8 +61,7 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneD
     let origin = Span::new(file, 0..0).into();
     let fields = Fields::new(cx, &keys::FILE, entries, &origin);
     // First, since materials name them.
-    let textures = fields.read("textures", texture::textures).unwrap_or_default();
-    cx.textures.get_or_init(|| textures);
+    fields.read("textures", texture::textures);
     let description = SceneDescription {
         folder: folder.to_owned(),
         camera: fields.need("camera", settings::camera).unwrap_or_else(|| settings::any_camera(&origin)),
@@ -92,9 +93,9 @@ fn named<'a>(item: Item<'a>, kind: &str) -> Option<impl Iterator<Item = (&'a Ent
 }
 
 fn materials(item: Item) -> Option<Vec<MaterialRecord>> {
-    let record = |(entry, item): (&Entry, Item)| MaterialRecord {
-        material: material::material(item, &entry.key),
-        origin: entry.origin.clone(),
+    let record = |(entry, item): (&Entry, Item)| {
+        let (material, interior) = material::material(item, &entry.key);
+        MaterialRecord { material, interior, origin: entry.origin.clone() }
     };
     Some(named(item, "materials")?.map(record).collect())
 }

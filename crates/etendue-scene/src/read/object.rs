@@ -9,9 +9,9 @@ use crate::{
     Diagnostic,
     description::{Located, MeshSource, ObjectRecord, ShapeRecord, Step},
     positions::localise,
-    value::Data,
+    value::{Data, Entry},
 };
-use etendue::{math::DVec3, scene::Mesh};
+use etendue::{math::DVec3, scene::Mesh, spectrum::Spectrum};
 use std::{path::PathBuf, sync::Arc};
 
 /// Corners that a disk's polygon may have.
@@ -43,6 +43,7 @@ fn empty_mesh() -> Mesh {
         indices: Arc::from([]),
         normals: None,
         uvs: None,
+        colors: None,
         face_materials: None,
     }
 }
@@ -58,18 +59,20 @@ pub fn mesh_source(item: Item) -> (MeshSource, Option<f64>) {
     let Some(fields) = item.table(&keys::MESH, "[meshes.NAME]") else { return (empty(), None) };
     let crease_angle = crease_angle(&fields);
     fields.exclusive("normals", "crease_angle");
-    for key in ["positions", "indices", "normals", "uvs"] {
+    for key in ["positions", "indices", "normals", "uvs", "colors"] {
         fields.exclusive("file", key);
     }
     let file = fields.read("file", path);
     let source = if fields.get("file").is_some() {
-        for key in ["positions", "indices", "normals", "uvs"] {
+        for key in ["positions", "indices", "normals", "uvs", "colors"] {
             fields.get(key);
         }
         file.map(MeshSource::File)
     } else if fields.get("positions").is_none() && fields.get("indices").is_none() {
         fields.lacks("`file`, or `positions` and `indices`");
-        fields.get("normals").or(fields.get("uvs"));
+        for key in ["normals", "uvs", "colors"] {
+            fields.get(key);
+        }
         None
     } else {
         inline_mesh(&fields).map(MeshSource::Inline)
@@ -85,6 +88,7 @@ fn inline_mesh(fields: &Fields) -> Option<Mesh> {
     let normals: Option<Vec<[f64; 3]>> =
         fields.read("normals", |i| per_vertex(i, rows(i, Bounds::within(-1e3, 1e3))?, count));
     let uvs: Option<Vec<[f64; 2]>> = fields.read("uvs", |i| per_vertex(i, rows(i, Bounds::within(-1e6, 1e6))?, count));
+    let colors = fields.read("colors", |i| per_vertex(i, vertex_colors(i)?, count));
     let (origin, positions) = localise(positions?.iter().map(|p| DVec3::from_array(*p)));
     let unit = |n: [f64; 3]| DVec3::from_array(n).normalize_or_zero().as_vec3().to_array();
     let normals: Option<Arc<[_]>> = normals.map(|n| n.into_iter().map(unit).collect());
@@ -97,8 +101,15 @@ fn inline_mesh(fields: &Fields) -> Option<Mesh> {
         indices: indices?.into(),
         normals,
         uvs: uvs.map(|uvs| uvs.into_iter().map(|uv| uv.map(|c| c as f32)).collect()),
+        colors: colors.map(Into::into),
         face_materials: None,
     })
+}
+
+/// An array of colours, opaque.
+fn vertex_colors(item: Item) -> Option<Vec<[f32; 4]>> {
+    let items = item.array("an array of colours")?;
+    items.map(|item| item.colour(Bounds::UNIT).map(|Spectrum([r, g, b])| [r, g, b, 1.0])).collect()
 }
 
 /// An array of rows of `N` numbers. Reports the first few bad rows.
@@ -119,7 +130,7 @@ fn rows<const N: usize>(item: Item, bounds: Bounds) -> Option<Vec<[f64; N]>> {
     (bad == 0).then_some(rows)
 }
 
-fn per_vertex<const N: usize>(item: Item, rows: Vec<[f64; N]>, vertices: Option<usize>) -> Option<Vec<[f64; N]>> {
+fn per_vertex<T>(item: Item, rows: Vec<T>, vertices: Option<usize>) -> Option<Vec<T>> {
     match vertices {
         Some(count) if count != rows.len() => {
             let message = format!("`{}` has {} entries, `positions` has {count}", item.name, rows.len());
@@ -189,15 +200,32 @@ pub fn object(item: Item) -> Option<ObjectRecord> {
     let is_mesh = fields.key_origin("mesh").is_some() || fields.key_origin("file").is_some();
     let kind = fields.variant("shape", &KINDS, is_mesh.then_some("mesh"));
     let shape = kind.and_then(|kind| shape(&fields, kind));
+    fields.exclusive("material", "materials");
     let record = ObjectRecord {
         name: fields.read("name", name),
         shape: shape.unwrap_or(ShapeRecord::Sphere { center: DVec3::ZERO, radius: 1.0 }),
         material: fields.read("material", name),
+        materials: match kind {
+            Some(Kind::Mesh) => fields.read("materials", materials).unwrap_or_default(),
+            _ => Vec::new(),
+        },
         transform: fields.read("transform", transform).unwrap_or_default(),
         origin: fields.origin.clone(),
     };
     fields.finish();
     Some(record)
+}
+
+/// Names of a file's materials, and what stands in their places.
+fn materials(item: Item) -> Option<Vec<[Located<String>; 2]>> {
+    let Data::Table(entries) = &item.value.data else {
+        return item.wrong_kind_help("a table of names", "{ \"of the file\" = \"of this scene\" }");
+    };
+    let pair = |entry: &Entry| {
+        let by = Item { cx: item.cx, name: &entry.key, value: &entry.value };
+        Some([Located { value: entry.key.clone(), origin: entry.origin.clone() }, name(by)?])
+    };
+    Some(entries.iter().filter_map(pair).collect())
 }
 
 fn shape(fields: &Fields, kind: Kind) -> Option<ShapeRecord> {

@@ -19,10 +19,19 @@ pub fn check(cx: &Context, description: &SceneDescription) {
     if let Some(medium) = &description.world_medium {
         check_name(cx, medium, "medium", &media);
     }
+    for record in &description.materials {
+        if let (Some(name), Some(origin)) = (&record.material.interior, &record.interior) {
+            let name = Located { value: name.clone(), origin: origin.clone() };
+            check_name(cx, &name, "medium", &media);
+        }
+    }
     let mut names = BTreeMap::new();
     check_focus(cx, description);
     for object in &description.objects {
         if let Some(material) = &object.material {
+            check_name(cx, material, "material", &materials);
+        }
+        for [_, material] in &object.materials {
             check_name(cx, material, "material", &materials);
         }
         if let ShapeRecord::Mesh(mesh) = &object.shape {

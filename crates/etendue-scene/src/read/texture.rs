@@ -2,48 +2,76 @@
 
 use super::{
     fields::{Fields, Item},
-    keys, named,
+    keys, named, pattern,
     values::Bounds,
 };
 use crate::{
     Diagnostic,
-    description::{Located, TextureRecord},
+    description::{ImageRecord, Located, TextureRecord},
     diagnostic::nearest,
     value::Data,
 };
 use etendue::{
     material::{Color, Number, Parameter},
     spectrum::Spectrum,
-    texture::{Channel, Filtering, Mapping, Transfer, UvTransform, Wrap},
+    texture::{Channel, Filtering, Mapping, Pattern, Transfer, UvTransform, Wrap},
 };
 use std::{collections::BTreeMap, path::PathBuf};
 
 /// Offsets and scales of texture coordinates, gains.
-const FAR: Bounds = Bounds::within(-1e6, 1e6);
+pub const FAR: Bounds = Bounds::within(-1e6, 1e6);
 
-/// `[textures.NAME]`, by name.
-pub fn textures(item: Item) -> Option<BTreeMap<String, Option<TextureRecord>>> {
-    Some(named(item, "textures")?.map(|(entry, item)| (entry.key.clone(), texture(item))).collect())
+/// Reads `[textures.NAME]` into the context, those first that others name.
+pub fn textures(item: Item) -> Option<()> {
+    let entries: Vec<_> = named(item, "textures")?.collect();
+    let unread = entries.iter().map(|(entry, _)| (entry.key.clone(), None)).collect();
+    item.cx.textures.replace(unread);
+    for index in pattern::order(item.cx, &entries) {
+        let (entry, item) = entries[index];
+        let record = texture(item);
+        item.cx.textures.borrow_mut().insert(entry.key.clone(), record);
+    }
+    Some(())
 }
 
+/// The textures by name; `None` for those that could not be read.
+pub type Textures = BTreeMap<String, Option<TextureRecord>>;
+
 fn texture(item: Item) -> Option<TextureRecord> {
-    let fields = item.table(&keys::TEXTURE, "[textures.NAME]")?;
-    let file = fields.need("file", file);
-    let transfer = fields.read("encoding", |i| i.choice(&[("srgb", Transfer::Srgb), ("linear", Transfer::Linear)]));
+    let mut fields = item.table(&keys::TEXTURE, "[textures.NAME]")?;
+    let kind = fields.variant("type", &pattern::KINDS, Some("image"));
     let default = Mapping::default();
-    let pair = |key, one: f64| fields.read(key, pair).unwrap_or([one; 2]);
-    let number = |key, default| fields.read(key, |i| i.number_f32(FAR)).unwrap_or(default);
-    let angle = fields.read("rotate", |i| i.number(FAR)).unwrap_or(0.0);
-    let mapping = Mapping {
-        wrap: fields.read("wrap", wrap).unwrap_or(default.wrap),
-        filtering: fields.read("filter", |i| i.choice(&Filtering::ALL.map(|f| (f.name(), f)))).unwrap_or_default(),
-        transform: UvTransform::new(pair("scale", 1.0), angle, pair("offset", 0.0)),
-        gain: number("gain", default.gain),
-        base: number("base", default.base),
+    let number = |fields: &Fields, key, default| fields.read(key, |i| i.number_f32(FAR)).unwrap_or(default);
+    let mut mapping = Mapping {
+        gain: number(&fields, "gain", default.gain),
+        base: number(&fields, "base", default.base),
         channel: fields.read("channel", |i| i.choice(&Channel::ALL.map(|c| (c.name(), c)))).unwrap_or_default(),
+        ..default
+    };
+    let pattern = match kind {
+        None => None,
+        Some(pattern::Kind::Image) => image(&fields, &mut mapping),
+        Some(kind) => pattern::pattern(&fields, kind, &mut mapping.transform),
     };
     fields.finish();
-    Some(TextureRecord { file: file?, transfer, mapping })
+    Some(TextureRecord { pattern: pattern?, mapping })
+}
+
+fn image(fields: &Fields, mapping: &mut Mapping) -> Option<Pattern<ImageRecord>> {
+    let file = fields.need("file", file);
+    let transfer = fields.read("encoding", |i| i.choice(&[("srgb", Transfer::Srgb), ("linear", Transfer::Linear)]));
+    mapping.wrap = fields.read("wrap", wrap).unwrap_or(mapping.wrap);
+    mapping.filtering =
+        fields.read("filter", |i| i.choice(&Filtering::ALL.map(|f| (f.name(), f)))).unwrap_or(mapping.filtering);
+    mapping.transform = uv_transform(fields);
+    Some(Pattern::Image(ImageRecord { file: file?, transfer }))
+}
+
+/// `scale`, `rotate`, `offset` of texture coordinates.
+pub fn uv_transform(fields: &Fields) -> UvTransform {
+    let of = |key, one: f64| fields.read(key, pair).unwrap_or([one; 2]);
+    let angle = fields.read("rotate", |i| i.number(FAR)).unwrap_or(0.0);
+    UvTransform::new(of("scale", 1.0), angle, of("offset", 0.0))
 }
 
 fn file(item: Item) -> Option<Located<PathBuf>> {
@@ -71,7 +99,9 @@ pub fn reference(fields: &Fields) -> Option<TextureRecord> {
     fields.exclusive("texture", "file");
     match (fields.get("texture"), fields.get("file")) {
         (Some(name), _) => by_name(name),
-        (None, Some(path)) => Some(TextureRecord { file: file(path)?, transfer: None, mapping: Mapping::default() }),
+        (None, Some(path)) => {
+            Some(TextureRecord::of(Pattern::Image(ImageRecord { file: file(path)?, transfer: None })))
+        }
         (None, None) => {
             fields.lacks("`texture` or `file`");
             None
@@ -81,7 +111,7 @@ pub fn reference(fields: &Fields) -> Option<TextureRecord> {
 
 fn by_name(item: Item) -> Option<TextureRecord> {
     let name = item.name_text()?;
-    let textures = item.cx.textures.get()?;
+    let textures = item.cx.textures.borrow();
     match textures.get(name) {
         Some(record) => record.clone(),
         None => {

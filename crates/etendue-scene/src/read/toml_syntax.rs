@@ -200,7 +200,7 @@ impl Converter<'_> {
             DeValue::Integer(number) => self.integer(number, span),
             DeValue::Float(number) => self.float(number, span),
             DeValue::Boolean(value) => Data::Boolean(*value),
-            DeValue::Datetime(_) => Data::Other("a date or time"),
+            DeValue::Datetime(moment) => Data::Moment(moment.to_string()),
         };
         Value { data, origin: span.into() }
     }

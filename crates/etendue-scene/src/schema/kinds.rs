@@ -2,7 +2,8 @@
 
 use crate::{
     read::{
-        Bounds, COEFFICIENT, FREE_PATH, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MEAN_COSINE, SEGMENTS, TINT, WEIGHT,
+        Bounds, COEFFICIENT, FREE_PATH, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS,
+        MEAN_COSINE, PATTERNS, PRIORITY, SEGMENTS, SUN_SIZES, TINT, TURBIDITIES, WEIGHT, ZONES,
         keys::{self, Section},
     },
     volume_file::{Axes, ByteOrder, SampleType},
@@ -14,7 +15,7 @@ use etendue::{
     medium::{DensityGrid, PhaseFunction, PhaseKind, presets},
     render::MAX_SPP,
     sampling::{Filter, Sampler},
-    texture::{Channel, Filtering, Wrap},
+    texture::{Channel, Filtering, MAX_OCTAVES, Wrap},
     tonemap::{Encoding, ToneCurve},
 };
 
@@ -39,6 +40,8 @@ pub enum Kind {
     Table(&'static Section),
     /// A table of tables, by names.
     Named(&'static Section),
+    /// A table of names, by names.
+    Names,
     /// Any of several kinds.
     Any(Vec<Kind>),
 }
@@ -106,6 +109,7 @@ pub fn kind(section: &str, key: &str) -> Option<Kind> {
         "phase" => phase(key),
         "density" => density(key),
         "[textures.NAME]" => texture(key),
+        "a stop" => stop(key),
         "[materials.NAME]" => material(key),
         "a textured parameter" => textured(key),
         "normal_map" => textured(key).filter(|_| key != "factor"),
@@ -216,8 +220,18 @@ fn accelerator(key: &str) -> Option<Kind> {
 
 fn environment(key: &str) -> Option<Kind> {
     Some(match key {
-        "type" => choice(&["constant", "image", "gradient"]),
+        "type" => choice(&["constant", "image", "gradient", "sky"]),
         "radiance" | "strength" | "top" | "horizon" | "bottom" => Colour(Bounds::LIGHT),
+        "ground" => Colour(Bounds::UNIT),
+        "sun" | "north" => point(),
+        "elevation" | "latitude" => Number(LATITUDES),
+        "azimuth" => Number(FAR),
+        "longitude" => Number(LONGITUDES),
+        "date" | "time" => Name,
+        "utc_offset" => Number(ZONES),
+        "turbidity" => Number(TURBIDITIES),
+        "sun_size" => Number(SUN_SIZES),
+        "sun_disk" => Boolean,
         "image" => Name,
         "rotation" => Number(FAR),
         "up" => choice(&["y", "z"]),
@@ -272,13 +286,33 @@ fn transform() -> Kind {
 
 fn texture(key: &str) -> Option<Kind> {
     Some(match key {
+        "type" => Kind::Choice(PATTERNS.map(|(name, _)| name).to_vec()),
         "file" => Name,
         "encoding" => choice(&["srgb", "linear"]),
         "channel" => all(&Channel::ALL, Channel::name),
         "filter" => all(&Filtering::ALL, Filtering::name),
         "wrap" => pair(all(&Wrap::ALL, Wrap::name)),
-        "scale" | "offset" => pair(Number(FAR)),
+        "coordinates" => choice(&["uv", "object"]),
+        "scale" | "offset" => Kind::Any(vec![Number(FAR), Kind::Array(Box::new(Number(FAR)), 2, 3)]),
+        "color1" | "color2" => colours(Bounds::LIGHT),
+        "weight" => numbers(Bounds::UNIT),
+        "width" | "roughness" => Number(Bounds::UNIT),
+        "octaves" => Integer(1, MAX_OCTAVES.into()),
+        "turbulence" | "radial" => Boolean,
+        "distortion" => Number(Bounds::within(0.0, 100.0)),
+        "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
+        "seed" => Integer(0, u32::MAX.into()),
+        "stops" => Kind::Array(Box::new(Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::STOP)])), 1, MAX_STOPS),
+        "from" | "to" => Kind::Array(Box::new(Number(FAR)), 2, 3),
         "rotate" | "gain" | "base" => Number(FAR),
+        _ => return None,
+    })
+}
+
+fn stop(key: &str) -> Option<Kind> {
+    Some(match key {
+        "at" => Number(Bounds::UNIT),
+        "color" => Colour(Bounds::LIGHT),
         _ => return None,
     })
 }
@@ -296,7 +330,10 @@ fn material(key: &str) -> Option<Kind> {
             "phong",
             "principled",
             "black",
+            "boundary",
         ]),
+        "interior" => Name,
+        "priority" => Integer(-PRIORITY, PRIORITY),
         "emission" => Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::EMISSION)]),
         "normal_map" => Table(&keys::TEXTURE_REFERENCE),
         "normal_scale" => Number(FAR),
@@ -365,6 +402,7 @@ fn mesh(key: &str) -> Option<Kind> {
         "indices" => list(Kind::Array(Box::new(Integer(0, u32::MAX.into())), 3, 4)),
         "normals" => list(array(Number(Bounds::within(-1e3, 1e3)), 3)),
         "uvs" => list(array(Number(FAR), 2)),
+        "colors" => list(Colour(Bounds::UNIT)),
         "crease_angle" => crease_angle(),
         _ => return None,
     })
@@ -374,7 +412,6 @@ fn object(key: &str) -> Option<Kind> {
     Some(match key {
         "shape" => choice(&["mesh", "sphere", "rectangle", "box", "disk"]),
         "name" | "material" | "mesh" | "file" => Name,
-        "transform" => transform(),
         "crease_angle" => crease_angle(),
         "center" | "corner" | "u" | "v" | "min" | "max" => point(),
         "radius" => Number(Bounds::LENGTH),

@@ -12,7 +12,7 @@ pub use kinds::{Kind, kind};
 use serde_json::{Map, Value, json};
 
 /// Keys that a table cannot be without, whatever its type.
-const REQUIRED: [(&str, &str); 14] = [
+const REQUIRED: [(&str, &str); 15] = [
     ("the scene file", "camera"),
     ("[camera]", "position"),
     ("film.filter", "type"),
@@ -20,7 +20,8 @@ const REQUIRED: [(&str, &str); 14] = [
     ("density", "file"),
     ("density", "min"),
     ("density", "max"),
-    ("[textures.NAME]", "file"),
+    ("a stop", "at"),
+    ("a stop", "color"),
     ("[materials.NAME]", "type"),
     ("emission", "radiance"),
     ("rotate", "axis"),
@@ -123,6 +124,7 @@ fn schema_of(kind: &Kind) -> Value {
         }
         Kind::Table(section) => reference(section),
         Kind::Named(section) => json!({ "type": "object", "additionalProperties": reference(section) }),
+        Kind::Names => json!({ "type": "object", "additionalProperties": schema_of(&Kind::Name) }),
         Kind::Any(kinds) => json!({ "anyOf": kinds.iter().map(schema_of).collect::<Vec<_>>() }),
     }
 }

@@ -18,13 +18,14 @@ pub(super) fn sample_light<const MEDIA: bool>(
     circle: &Circle,
     shadows: &mut ShadowQueue,
 ) {
-    let in_world = LightCircle::new(vertex.point.position, &vertex.frame, circle);
+    let in_world = LightCircle::new(vertex.gathers_at(), &vertex.frame, circle);
     paths.circles[path] = in_world;
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
     let select = context.sampler.one_d(key, number, Slot::LightSelect);
     let position = context.sampler.two_d(key, number, Slot::LightPosition);
     let Some(light) = context.scene.sample_light_circle(&in_world, select, position) else { return };
-    if !vertex.is_consistent(light.wi, vertex.frame.to_local(light.wi)) {
+    let shadowing = vertex.shadowing(light.wi, vertex.frame.to_local(light.wi));
+    if shadowing == 0.0 {
         return;
     }
     let own = light.density.value();
@@ -33,6 +34,6 @@ pub(super) fn sample_light<const MEDIA: bool>(
         Strategy::Both => power_heuristic(own, eval.pdf) / own,
         Strategy::Light | Strategy::Bsdf => 1.0 / own,
     };
-    let contribution = paths.throughput[path] * eval.value * light.radiance * weight;
+    let contribution = paths.throughput[path] * eval.value * light.radiance * (weight * shadowing);
     send_light::<MEDIA>(context, paths, path, vertex, &light, contribution, shadows);
 }

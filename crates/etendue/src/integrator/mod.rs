@@ -3,6 +3,7 @@
 mod attenuated;
 mod circle;
 mod enclosure;
+mod horizon;
 mod paths;
 mod shade;
 mod shadow;

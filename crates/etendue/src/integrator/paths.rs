@@ -9,6 +9,7 @@ use crate::{
     sampling::SampleKey,
     scene::BodyStack,
     spectrum::Spectrum,
+    texture::RayCone,
 };
 use etendue_accel::{Hit, Ray};
 
@@ -106,6 +107,7 @@ structure_of_arrays! {
         previous: Previous,
         circles: LightCircle,
         progress: Progress,
+        cones: RayCone,
         first: FirstHit,
         direct: Spectrum,
         bodies: BodyStack,
@@ -118,7 +120,7 @@ impl Paths {
         self.rays.len()
     }
 
-    pub fn push(&mut self, ray: Ray, sample: SampleId) {
+    pub fn push(&mut self, ray: Ray, cone: RayCone, sample: SampleId) {
         self.rays.push(ray);
         self.hits.push(Hit::MISS);
         self.samples.push(sample);
@@ -127,13 +129,14 @@ impl Paths {
         self.previous.push(Previous::camera(Vec3::from(ray.origin)));
         self.circles.push(LightCircle::default());
         self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true });
+        self.cones.push(cone);
         self.first.push(FirstHit::default());
         self.direct.push(Spectrum::BLACK);
     }
 
     /// As [`Self::push`] in a scene with media, from inside of some bodies.
-    pub fn push_within(&mut self, ray: Ray, sample: SampleId, bodies: BodyStack) {
-        self.push(ray, sample);
+    pub fn push_within(&mut self, ray: Ray, cone: RayCone, sample: SampleId, bodies: BodyStack) {
+        self.push(ray, cone, sample);
         self.bodies.push(bodies);
         self.flown.push(Flown::NONE);
     }

@@ -3,6 +3,7 @@
 use super::{
     attenuated::Traveller,
     circle,
+    horizon::Horizon,
     paths::{Flown, Paths, Previous},
     shadow::ShadowQueue,
     volume,
@@ -18,7 +19,7 @@ use crate::{
     spectrum::Spectrum,
     surface::{NO_LIGHT, SurfacePoint},
 };
-use etendue_accel::Hit;
+use etendue_accel::{Hit, PrimitiveId};
 
 /// Which samples count for emission that both light and BSDF sampling can find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +83,7 @@ pub(super) fn shade<const MEDIA: bool>(
         return;
     }
     let point = context.scene.surface_point(&ray, &hit);
+    paths.cones[path] = paths.cones[path].advanced(hit.t);
     let meeting = if MEDIA { meet(context, paths, path, &point) } else { Meeting::PLAIN };
     if meeting.hidden || passes_through(context, paths, path, &hit, &point) {
         go_on::<MEDIA>(context, paths, path, &point);
@@ -89,7 +91,8 @@ pub(super) fn shade<const MEDIA: bool>(
     }
     let wo = -Vec3::from(ray.direction);
     let mut textured = Bsdf::Black;
-    let vertex = Vertex::new(context, point, &hit, wo, meeting.surroundings, &mut textured);
+    let seen = Seen { wo, width: paths.cones[path].width, surroundings: meeting.surroundings };
+    let vertex = Vertex::new(context, point, &hit, seen, &mut textured);
     if context.wants_layers && paths.progress[path].depth == 1 {
         paths.first[path] = first_hit(context, &vertex, &hit);
     }
@@ -110,6 +113,17 @@ pub(super) fn shade<const MEDIA: bool>(
     paths.progress[path].alive = scatter::<MEDIA>(context, paths, path, &vertex);
 }
 
+/// How a path looks at a surface.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Unit, towards where the path comes from.
+    wo: Vec3,
+    /// Diameter of the path's cone, metres.
+    width: f32,
+    /// Index of refraction around the body, for one that has its own; else 1.
+    surroundings: f32,
+}
+
 /// A surface point with its scattering, seen from `wo`.
 pub(super) struct Vertex<'a> {
     pub point: SurfacePoint,
@@ -118,48 +132,64 @@ pub(super) struct Vertex<'a> {
     /// Unit, towards where the path comes from: world and local.
     wo: Vec3,
     local_wo: Vec3,
+    horizon: Horizon,
 }
 
 impl<'a> Vertex<'a> {
-    /// Where parameters have textures, or `surroundings` an index of refraction other than 1, the BSDF is made for this point
-    /// and kept in `textured`.
+    /// Where parameters have textures, or the surroundings an index of refraction other than 1, the BSDF is made for this
+    /// point and kept in `textured`.
     #[inline]
     fn new(
         context: &Context<'a>,
         mut point: SurfacePoint,
         hit: &Hit,
-        wo: Vec3,
-        surroundings: f32,
+        Seen { wo, width, surroundings }: Seen,
         textured: &'a mut Bsdf,
     ) -> Self {
-        let plain = context.scene.bsdf(point.material);
-        if plain.is_none() {
-            point.shading_normal = context.scene.detailed_normal(&point, hit);
-        }
-        // Interpolated normals may face away from a viewer who does see the surface: there the true normal is used.
-        if point.shading_normal.dot(wo) * point.geometric_normal.dot(wo) <= 0.0 {
-            point.shading_normal = point.geometric_normal;
-        }
-        let bsdf = match plain {
-            _ if surroundings != 1.0 => {
-                *textured = context.scene.bsdf_within(&point, hit, surroundings);
-                textured
-            }
-            Some(bsdf) => bsdf,
-            None => {
-                *textured = context.scene.bsdf_at(&point, hit);
+        let mut relief = None;
+        let bsdf = match context.scene.bsdf(point.material) {
+            Some(bsdf) if surroundings == 1.0 => bsdf,
+            _ => {
+                let at = context.scene.lookup_over(&point, hit, wo, width);
+                relief = context.scene.detailed_normal(&point, hit, &at);
+                *textured = context.scene.bsdf_within(&point, &at, surroundings);
                 textured
             }
         };
+        let horizon = Horizon::new(context, &mut point, hit, wo, relief, bsdf.transmits());
         let frame = frame(context, &point, hit, bsdf);
         let local_wo = frame.to_local(wo);
-        Self { point, bsdf, frame, wo, local_wo }
+        Self { point, bsdf, frame, wo, local_wo, horizon }
     }
 
-    /// True if shading and geometric normal agree on which side `wi` is.
+    /// Fraction of light from `wi` that the BSDF gets to see: 0 where shading and geometric normal do not agree on which
+    /// side `wi` is, below 1 where bumps throw shadows.
     #[inline]
-    pub fn is_consistent(&self, wi: Vec3, local_wi: Vec3) -> bool {
-        wi.dot(self.point.geometric_normal) * local_wi.z > 0.0
+    pub fn shadowing(&self, wi: Vec3, local_wi: Vec3) -> f32 {
+        if !self.is_reflected(local_wi) {
+            return f32::from(wi.dot(self.point.geometric_normal) * local_wi.z > 0.0);
+        }
+        if self.horizon.is_above(wi, local_wi.z) { self.horizon.shadowing(wi) } else { 0.0 }
+    }
+
+    #[inline]
+    fn is_reflected(&self, local_wi: Vec3) -> bool {
+        local_wi.z * self.local_wo.z > 0.0
+    }
+
+    /// Where light on the side of `wo` is gathered.
+    #[inline]
+    pub fn gathers_at(&self) -> Vec3 {
+        self.horizon.lifted.unwrap_or(self.point.position)
+    }
+
+    /// Origin of a ray that leaves towards `wi`, and what it does not meet.
+    #[inline]
+    fn departure(&self, wi: Vec3, local_wi: Vec3) -> (Vec3, PrimitiveId) {
+        match self.horizon.lifted {
+            Some(lifted) if self.is_reflected(local_wi) => (lifted, PrimitiveId::NONE),
+            _ => (self.point.leave(wi), self.point.id),
+        }
     }
 
     /// The bodies in which light from `wi` arrives, those on the side of `wo` being known.
@@ -173,14 +203,15 @@ impl<'a> Vertex<'a> {
 
     fn light_context(&self) -> LightContext {
         let normal = if self.local_wo.z < 0.0 { -self.point.shading_normal } else { self.point.shading_normal };
-        LightContext { point: self.point.position, normal, transmits: self.bsdf.transmits() }
+        LightContext { point: self.gathers_at(), normal, transmits: self.bsdf.transmits() }
     }
 }
 
 /// What layers keep of a surface that is seen from `wo`, for integrators that do not scatter there.
-pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3) -> FirstHit {
+pub(super) fn first_hit_at(context: &Context, point: SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> FirstHit {
     let mut textured = Bsdf::Black;
-    first_hit(context, &Vertex::new(context, point, hit, wo, 1.0, &mut textured), hit)
+    let seen = Seen { wo, width, surroundings: 1.0 };
+    first_hit(context, &Vertex::new(context, point, hit, seen, &mut textured), hit)
 }
 
 /// The local frame: where a BSDF has directions, they are those of the material's field.
@@ -282,7 +313,7 @@ fn add_emission<const MEDIA: bool>(
     let weight = in_medium.unwrap_or_else(|| found_weight(strategy, *density, by_light));
     let radiance = match &emission.radiance.texture {
         None => emission.radiance.factor,
-        Some(_) => emission.at(context.scene.texture_coordinates(&vertex.point, hit)),
+        Some(_) => emission.at(&context.scene.lookup(&vertex.point, hit)),
     };
     paths.radiance[path] += paths.throughput[path] * radiance * weight;
 }
@@ -303,7 +334,8 @@ fn sample_light<const MEDIA: bool>(
     let position = context.sampler.two_d(key, number, Slot::LightPosition);
     let Some(light) = context.scene.sample_light(&vertex.light_context(), select, position) else { return };
     let local_wi = vertex.frame.to_local(light.wi);
-    if !vertex.is_consistent(light.wi, local_wi) {
+    let shadowing = vertex.shadowing(light.wi, local_wi);
+    if shadowing == 0.0 {
         return;
     }
     let eval = vertex.bsdf.eval(vertex.local_wo, local_wi);
@@ -311,7 +343,7 @@ fn sample_light<const MEDIA: bool>(
         (Density::SolidAngle(own), Strategy::Both) => power_heuristic(own, eval.pdf) / own,
         (own, _) => 1.0 / own.value(),
     };
-    let contribution = paths.throughput[path] * eval.value * light.radiance * weight;
+    let contribution = paths.throughput[path] * eval.value * light.radiance * (weight * shadowing);
     send_light::<MEDIA>(context, paths, path, vertex, &light, contribution, shadows);
 }
 
@@ -328,17 +360,18 @@ pub(super) fn send_light<const MEDIA: bool>(
     if contribution.is_black() {
         return;
     }
+    let local_wi = vertex.frame.to_local(light.wi);
+    let from = vertex.departure(light.wi, local_wi);
     if !MEDIA {
-        shadows.push(path, &vertex.point, light.wi, light.target, contribution);
+        shadows.push(path, from, light.wi, light.target, contribution);
         return;
     }
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
     let traveller = Traveller {
-        bodies: vertex.bodies_towards(context, &paths.bodies[path], light.wi, vertex.frame.to_local(light.wi)),
+        bodies: vertex.bodies_towards(context, &paths.bodies[path], light.wi, local_wi),
         stream: context.sampler.stream(key, number, Slot::LightPath),
         direct: volume::is_direct(context, paths, path),
     };
-    let from = (vertex.point.leave(light.wi), vertex.point.id);
     shadows.push_within(path, from, light.wi, light.target, contribution, traveller);
 }
 
@@ -349,23 +382,28 @@ fn scatter<const MEDIA: bool>(context: &Context, paths: &mut Paths, path: usize,
     let direction = context.sampler.two_d(key, number, Slot::BsdfDirection);
     let Some(sample) = vertex.bsdf.sample(vertex.local_wo, lobe, direction) else { return false };
     let wi = vertex.frame.to_world(sample.wi);
-    if !vertex.is_consistent(wi, sample.wi) {
+    let shadowing = vertex.shadowing(wi, sample.wi);
+    if shadowing == 0.0 {
         return false;
     }
-    paths.throughput[path] = paths.throughput[path] * sample.weight;
+    paths.throughput[path] = paths.throughput[path] * sample.weight * shadowing;
     paths.progress[path].eta *= sample.eta;
     if paths.throughput[path].is_black() || !survives(context, paths, path) {
         return false;
     }
     paths.previous[path] = Previous { context: vertex.light_context(), density: sample.density };
+    if context.scene.filters_textures() {
+        paths.cones[path] = paths.cones[path].scattered(sample.density);
+    }
     if MEDIA {
         paths.bodies[path] = vertex.bodies_towards(context, &paths.bodies[path], wi, sample.wi);
         paths.flown[path] = Flown::NONE;
     }
+    let (origin, skip) = vertex.departure(wi, sample.wi);
     let ray = &mut paths.rays[path];
-    ray.origin = vertex.point.leave(wi).into();
+    ray.origin = origin.into();
     ray.direction = wi.normalize().into();
-    ray.skip = vertex.point.id;
+    ray.skip = skip;
     let progress = &mut paths.progress[path];
     progress.depth += 1;
     progress.vertex += 1;

@@ -43,10 +43,17 @@ impl ShadowQueue {
         }
     }
 
-    /// Queues light from `target`, or from infinity along the unit vector `wi`, to `point`.
+    /// Queues light from `target`, or from infinity along the unit vector `wi`, to a place, without meeting a primitive.
     #[inline]
-    pub fn push(&mut self, path: usize, point: &SurfacePoint, wi: Vec3, target: Option<Vec3>, contribution: Spectrum) {
-        self.push_ray(path, segment(point.leave(wi), wi, target, point.id), target, contribution);
+    pub fn push(
+        &mut self,
+        path: usize,
+        (origin, skip): (Vec3, PrimitiveId),
+        wi: Vec3,
+        target: Option<Vec3>,
+        contribution: Spectrum,
+    ) {
+        self.push_ray(path, segment(origin, wi, target, skip), target, contribution);
     }
 
     #[inline]
@@ -57,7 +64,7 @@ impl ShadowQueue {
 
     /// Queues a ray of limited length.
     pub fn push_up_to(&mut self, path: usize, point: &SurfacePoint, wi: Vec3, t_max: f32, contribution: Spectrum) {
-        self.push(path, point, wi, None, contribution);
+        self.push(path, (point.leave(wi), point.id), wi, None, contribution);
         if let Some(ray) = self.rays.last_mut() {
             ray.t_max = t_max;
         }

@@ -18,7 +18,8 @@ pub(super) fn shade(context: &Context, view: Integrator, paths: &mut Paths, path
     let ray = paths.rays[path];
     let point = context.scene.surface_point(&ray, &hit);
     if context.wants_layers {
-        paths.first[path] = first_hit_at(context, point, &hit, -Vec3::from(ray.direction));
+        paths.first[path] =
+            first_hit_at(context, point, &hit, -Vec3::from(ray.direction), paths.cones[path].advanced(hit.t).width);
     }
     let normal = point.shading_normal;
     paths.radiance[path] = match view {

@@ -111,7 +111,7 @@ fn keep_first_surface(context: &Context, paths: &mut Paths, path: usize) {
     let direction = Vec3::from(ray.direction);
     let hidden = context.scene.interiors().meet(&paths.bodies[path], &point, direction).hidden;
     if !hidden && context.scene.opacity(&point, &hit) >= 1.0 {
-        paths.first[path] = first_hit_at(context, point, &hit, -direction);
+        paths.first[path] = first_hit_at(context, point, &hit, -direction, paths.cones[path].advanced(hit.t).width);
     }
 }
 
@@ -230,6 +230,9 @@ fn scatter(context: &Context, paths: &mut Paths, path: usize, (at, flown): (&Med
         return false;
     }
     paths.previous[path] = Previous { context: at.light_context(), density: Density::SolidAngle(sample.pdf) };
+    if context.scene.filters_textures() {
+        paths.cones[path] = paths.cones[path].advanced(flown.distance).scattered(Density::SolidAngle(sample.pdf));
+    }
     paths.flown[path] = flown;
     let ray = &mut paths.rays[path];
     ray.origin = at.position.into();

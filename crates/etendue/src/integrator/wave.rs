@@ -105,12 +105,13 @@ impl Wave {
                 skip: PrimitiveId::NONE,
             };
             let id = SampleId { key, pixel, index, weight };
+            let cone = context.camera.cone(camera_ray.direction);
             if context.has_media() {
                 let bodies =
                     bodies_along(context.scene, &context.camera_bodies, context.camera.origin(), camera_ray.origin);
-                self.paths.push_within(ray, id, bodies);
+                self.paths.push_within(ray, cone, id, bodies);
             } else {
-                self.paths.push(ray, id);
+                self.paths.push(ray, cone, id);
             }
         }
         (self.paths.len() - before) as u64

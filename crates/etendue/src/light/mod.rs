@@ -21,6 +21,7 @@
 //! a point on it, and gathers nothing from it. So the whole segment from the context to the target is on one side of
 //! the plane, by at least `margin`; a sphere is on the other side of its tangent plane.
 
+pub mod atmosphere;
 mod circle;
 mod directional;
 mod environment;
@@ -31,6 +32,7 @@ mod sky;
 mod sphere;
 mod spherical;
 mod spot;
+mod sun_sky;
 mod table;
 mod triangle;
 
@@ -42,6 +44,7 @@ pub use rectangle::RectangleLight;
 pub use sky::{ImageEnvironment, MAX_MAP_TEXELS, RadianceMap, RadianceMapError};
 pub use sphere::SphereLight;
 pub use spot::SpotLight;
+pub use sun_sky::SunSky;
 pub use table::{LightTable, LightTableError, MAX_LIGHTS};
 pub use triangle::TriangleLight;
 
@@ -133,6 +136,8 @@ pub enum Light {
     Environment(ConstantEnvironment),
     /// Radiance from all around by an image.
     Image(Arc<ImageEnvironment>),
+    /// A sky with its sun.
+    SunSky(Arc<SunSky>),
 }
 
 macro_rules! dispatch {
@@ -146,12 +151,13 @@ macro_rules! dispatch {
             Light::Directional($inner) => $body,
             Light::Environment($inner) => $body,
             Light::Image($inner) => $body,
+            Light::SunSky($inner) => $body,
         }
     };
 }
 
 impl Light {
-    /// Radiance, W sr^-1 m^-2, the same in all directions, or its mean over the sphere for an image; for point and spot
+    /// Radiance, W sr^-1 m^-2, the same in all directions, or its mean over the sphere for images and skies; for point and spot
     /// lights their (greatest) intensity, W/sr; for directional lights irradiance, W m^-2.
     #[inline]
     pub fn radiance(&self) -> Spectrum {
@@ -163,9 +169,14 @@ impl Light {
         matches!(self, Self::Point(_) | Self::Spot(_) | Self::Directional(_))
     }
 
+    /// True for light from all around.
+    pub fn is_environment(&self) -> bool {
+        matches!(self, Self::Environment(_) | Self::Image(_) | Self::SunSky(_))
+    }
+
     /// True for light from infinity.
     pub fn is_infinite(&self) -> bool {
-        matches!(self, Self::Directional(_) | Self::Environment(_) | Self::Image(_))
+        self.is_environment() || matches!(self, Self::Directional(_))
     }
 
     /// The middle of the light, relative to the scene's centre; `None` for light from infinity.
@@ -177,7 +188,7 @@ impl Light {
             Self::Sphere(light) => Some(light.center),
             Self::Point(light) => Some(light.position),
             Self::Spot(light) => Some(light.position),
-            Self::Directional(_) | Self::Environment(_) | Self::Image(_) => None,
+            Self::Directional(_) | Self::Environment(_) | Self::Image(_) | Self::SunSky(_) => None,
         }
     }
 
@@ -187,6 +198,7 @@ impl Light {
         match self {
             Self::Environment(environment) => environment.radiance,
             Self::Image(environment) => environment.radiance_from(wi),
+            Self::SunSky(environment) => environment.radiance_from(wi),
             _ => Spectrum::BLACK,
         }
     }

@@ -48,9 +48,8 @@ impl LightTable {
         if lights.len() > MAX_LIGHTS {
             return Err(LightTableError::TooMany { count: lights.len() });
         }
-        let is_environment = |light: &Light| matches!(light, Light::Environment(_) | Light::Image(_));
-        let environment = lights.iter().position(is_environment);
-        if lights.iter().filter(|light| is_environment(light)).count() > 1 {
+        let environment = lights.iter().position(Light::is_environment);
+        if lights.iter().filter(|light| light.is_environment()).count() > 1 {
             return Err(LightTableError::SeveralEnvironments);
         }
         let mut weights: Vec<f64> = lights.iter().map(|light| light.power(scene_radius)).collect();

@@ -1,22 +1,20 @@
 //! What surfaces are made of.
 
 mod check;
-mod parameter;
 mod relief;
 mod scattering;
 mod tangent;
 
+pub use crate::texture::{Color, Number, Parameter};
 pub use check::MaterialError;
-pub use parameter::{Color, Number, Parameter};
 pub use relief::Relief;
 pub use scattering::{INDEX_RANGE, Scattering};
 pub use tangent::{Tangent, TangentField};
 
 use crate::{
     bsdf::Bsdf,
-    math::Vec2,
     spectrum::Spectrum,
-    texture::{Texture, Transfer},
+    texture::{Lookup, Texture, Transfer},
 };
 use std::{cell::RefCell, convert::Infallible, sync::Arc};
 
@@ -103,24 +101,41 @@ impl<T> Material<T> {
 }
 
 impl Emission {
-    /// Radiance at texture coordinates; what a texture would make negative is 0.
+    /// Radiance at a point; what a texture would make negative is 0.
     #[inline]
-    pub fn at(&self, uv: Vec2) -> Spectrum {
-        self.radiance.at(uv).map(|c| c.max(0.0))
+    pub fn at(&self, at: &Lookup) -> Spectrum {
+        self.radiance.at(at).map(|c| c.max(0.0))
     }
 }
 
 impl Material {
-    /// Radiance at texture coordinates as light sampling sees it: where a surface is partly not there, so is its light.
-    pub fn glow(&self, uv: Vec2) -> Spectrum {
-        let opacity = self.opacity.at(uv).clamp(0.0, 1.0);
-        self.emission.as_ref().map_or(Spectrum::BLACK, |emission| emission.at(uv) * opacity)
+    /// Radiance at a point as light sampling sees it: where a surface is partly not there, so is its light.
+    pub fn glow(&self, at: &Lookup) -> Spectrum {
+        let opacity = self.opacity.at(at).clamp(0.0, 1.0);
+        self.emission.as_ref().map_or(Spectrum::BLACK, |emission| emission.at(at) * opacity)
     }
 
     /// How a point of this material scatters. Meant for materials that passed [`validate`](Self::validate).
     #[inline]
-    pub fn bsdf(&self, uv: Vec2) -> Bsdf {
-        self.scattering.at(uv).bsdf()
+    pub fn bsdf(&self, at: &Lookup) -> Bsdf {
+        self.scattering.at(at).bsdf()
+    }
+
+    /// Textures of what filtered lookups are made for: all but emission and opacity, which light sampling and hits must
+    /// find alike and so look up at points.
+    pub(crate) fn filtered_textures(&self) -> Vec<Arc<Texture>> {
+        let found = RefCell::new(Vec::new());
+        let keep = |texture: &Option<Arc<Texture>>| found.borrow_mut().extend(texture.iter().cloned());
+        let kept = self
+            .scattering
+            .try_map(|_, _, color| Ok::<_, Infallible>(keep(&color.texture)), |_, _, number| Ok(keep(&number.texture)));
+        kept.map_or_else(|never| match never {}, drop);
+        match &self.relief {
+            None => {}
+            Some(Relief::Bump { height }) => keep(&height.texture),
+            Some(Relief::Normals { map, .. }) => keep(&Some(map.clone())),
+        }
+        found.into_inner()
     }
 
     /// True if every ray is stopped, wherever it meets the surface.

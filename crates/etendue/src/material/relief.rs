@@ -4,7 +4,7 @@ use super::Number;
 use crate::{
     math::{Vec2, Vec3, vec2, vec3},
     surface::Chart,
-    texture::Texture,
+    texture::{Lookup, Texture},
 };
 use std::sync::Arc;
 
@@ -28,10 +28,10 @@ pub enum Relief<T = Arc<Texture>> {
 impl Relief {
     /// The shading normal at a point, unit length; `normal` is that of the surface below. Where texture coordinates
     /// have no direction, or the map points below the surface, it stays as it is.
-    pub fn normal(&self, normal: Vec3, chart: &Chart) -> Vec3 {
+    pub fn normal(&self, normal: Vec3, at: &Lookup, chart: &Chart) -> Vec3 {
         let detailed = match self {
-            Self::Bump { height } => bumped(height, normal, chart),
-            Self::Normals { map, scale } => mapped(map, *scale, normal, chart),
+            Self::Bump { height } => bumped(height, normal, at, chart),
+            Self::Normals { map, scale } => mapped(map, *scale, normal, at, chart),
         };
         detailed.and_then(Vec3::try_normalize).filter(|n| n.dot(normal) > 0.0).unwrap_or(normal)
     }
@@ -40,12 +40,11 @@ impl Relief {
 /// `n - grad h`, the gradient over the surface from the slopes along u and v (Blinn, "Simulation of Wrinkled Surfaces",
 /// 1978; Mikkelsen, "Bump Mapping Unparametrized Surfaces on the GPU", 2010). With T_u, T_v the slopes and g the products of
 /// the tangents, `grad h = ((g_vv T_u - g_uv T_v) p_u + (g_uu T_v - g_uv T_u) p_v) / det g`.
-fn bumped(height: &Number, normal: Vec3, chart: &Chart) -> Option<Vec3> {
+fn bumped(height: &Number, normal: Vec3, at: &Lookup, chart: &Chart) -> Option<Vec3> {
     let texture = height.texture.as_ref()?;
     // Half a texel to either side, so that every texel's slope counts once.
-    let transformed = texture.mapping.transform.scale();
-    let step = texture.image.half_texel() / transformed.max(Vec2::splat(1e-6));
-    let slope = |step: Vec2, length: f32| (height.at(chart.uv + step) - height.at(chart.uv - step)) / (2.0 * length);
+    let step = texture.slope_steps(at)?;
+    let slope = |step: Vec2, length: f32| (height.at(&at.moved(step)) - height.at(&at.moved(-step))) / (2.0 * length);
     let (tu, tv) = (slope(vec2(step.x, 0.0), step.x), slope(vec2(0.0, step.y), step.y));
     // Within the plane that the normal is perpendicular to.
     let flat = |d: Vec3| d - normal * normal.dot(d);
@@ -56,8 +55,8 @@ fn bumped(height: &Number, normal: Vec3, chart: &Chart) -> Option<Vec3> {
     (determinant > 0.0 && gradient.is_finite()).then_some(normal - gradient)
 }
 
-fn mapped(map: &Texture, scale: f32, normal: Vec3, chart: &Chart) -> Option<Vec3> {
-    let [x, y, z] = map.color(chart.uv).map(|v| 2.0 * v - 1.0).0;
+fn mapped(map: &Texture, scale: f32, normal: Vec3, at: &Lookup, chart: &Chart) -> Option<Vec3> {
+    let [x, y, z] = map.color(at).map(|v| 2.0 * v - 1.0).0;
     let (x, y) = (x * scale, y * scale);
     let tangent = chart.tangent(normal)?;
     // Mirrored texture coordinates turn the bitangent over.

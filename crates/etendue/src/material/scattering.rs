@@ -6,8 +6,8 @@ use crate::{
         BrushedMetal, Bsdf, Diffuse, Glass, GrooveForm, Mirror, Mtl, Phong, PhongLobes, Principled,
         PrincipledParameters, RoughGlass, RoughMetal,
     },
-    math::Vec2,
     spectrum::Spectrum,
+    texture::Lookup,
 };
 use std::{convert::Infallible, ops::RangeInclusive};
 
@@ -219,16 +219,16 @@ impl<T> From<Scattering> for Scattering<Color<T>, Number<T>> {
 }
 
 impl Scattering<Color, Number> {
-    /// The values at texture coordinates, brought into their ranges.
+    /// The values at a point, brought into their ranges.
     #[inline]
-    pub fn at(&self, uv: Vec2) -> Scattering {
+    pub fn at(&self, at: &Lookup) -> Scattering {
         let clamp = |value: f32, range: &RangeInclusive<f32>| {
             // Not `clamp`: a texture's value that is not a number becomes the least.
             value.max(*range.start()).min(*range.end())
         };
         let mapped = self.try_map(
-            |_, range, color| Ok::<_, Infallible>(color.at(uv).map(|value| clamp(value, &range))),
-            |_, range, number| Ok(clamp(number.at(uv), &range)),
+            |_, range, color| Ok::<_, Infallible>(color.at(at).map(|value| clamp(value, &range))),
+            |_, range, number| Ok(clamp(number.at(at), &range)),
         );
         mapped.unwrap_or_else(|never| match never {}).conserving()
     }

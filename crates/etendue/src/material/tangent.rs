@@ -2,9 +2,9 @@
 
 use super::Number;
 use crate::{
-    math::{DVec3, Frame, Vec2, Vec3, sin_cos_turns},
+    math::{DVec3, Frame, Vec3, sin_cos_turns},
     surface::Chart,
-    texture::Texture,
+    texture::{Lookup, Texture},
 };
 use std::{f32::consts::TAU, sync::Arc};
 
@@ -49,10 +49,17 @@ impl<T> Default for TangentField<T> {
 }
 
 impl TangentField {
-    /// The frame about the unit `normal` at a point of the world; `chart` is asked for only where texture coordinates matter.
+    /// The frame about the unit `normal` at a point of the world; `chart` and `lookup` are asked for only where they
+    /// matter.
     /// Where the field has no direction within the surface (at its centre, or along the normal) x is some direction that
     /// depends on the normal alone.
-    pub fn frame(&self, position: DVec3, normal: Vec3, chart: impl Fn() -> Chart) -> Frame {
+    pub fn frame(
+        &self,
+        position: DVec3,
+        normal: Vec3,
+        chart: impl FnOnce() -> Chart,
+        lookup: impl FnOnce() -> Lookup,
+    ) -> Frame {
         let tangent = match self.direction {
             Tangent::Uv => chart().tangent(normal),
             Tangent::Constant(direction) => flat(direction, normal),
@@ -66,8 +73,10 @@ impl TangentField {
             Some(tangent) => Frame::from_tangent(normal, tangent),
             None => Frame::from_normal(normal),
         };
-        let uv = if self.rotation.texture.is_some() { chart().uv } else { Vec2::ZERO };
-        let angle = self.rotation.at(uv);
+        let angle = match self.rotation.texture {
+            None => self.rotation.factor,
+            Some(_) => self.rotation.at(&lookup()),
+        };
         if angle == 0.0 || !angle.is_finite() {
             return frame;
         }
@@ -97,12 +106,12 @@ fn flat(v: DVec3, normal: Vec3) -> Option<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{dvec3, vec2, vec3};
+    use crate::math::{Vec2, dvec3, vec2, vec3};
 
     fn x_axis(direction: Tangent, degrees: f32, position: DVec3, normal: Vec3) -> Vec3 {
         let chart = || Chart { uv: vec2(0.0, 0.0), dpdu: vec3(0.0, 3.0, 1.0), dpdv: vec3(1.0, 0.0, 0.0) };
         let field = TangentField { direction, rotation: degrees.to_radians().into() };
-        let frame = field.frame(position, normal, chart);
+        let frame = field.frame(position, normal, chart, || Lookup::new(Vec2::ZERO, Vec3::ZERO));
         for (a, b, expected) in [(frame.s, frame.t, 0.0), (frame.s, frame.s, 1.0), (frame.s, normal, 0.0)] {
             assert!((a.dot(b) - expected).abs() < 1e-6, "{frame:?}");
         }

@@ -127,6 +127,7 @@ impl Scene {
             has_delta_lights: !parts.delta_lights.is_empty(),
             accelerator,
             opaque: parts.materials.iter().all(Material::is_opaque),
+            filters: prepare_textures(&parts.materials),
             materials: parts.materials,
             stats,
         })
@@ -137,6 +138,16 @@ impl Scene {
 fn plain_bsdf(material: &Material) -> Option<Bsdf> {
     let values = material.scattering.constant().filter(|_| material.relief.is_none())?;
     Some(values.bsdf())
+}
+
+/// Makes the coarser copies of images that are filtered; true if any texture is.
+fn prepare_textures(materials: &[Material]) -> bool {
+    let mut filters = false;
+    for texture in materials.iter().flat_map(Material::filtered_textures) {
+        texture.prepare();
+        filters |= texture.is_filtered();
+    }
+    filters
 }
 
 struct Builder<'a> {
@@ -181,6 +192,7 @@ impl<'a> Builder<'a> {
         };
         let placement = Placement {
             primitives,
+            to_own: rows(to_local.inverse()),
             transform,
             materials: object.materials.iter().map(|m| *m as u32).collect(),
             face_materials,
@@ -244,6 +256,7 @@ impl<'a> Builder<'a> {
             indices: Arc::new(oriented([[0, 1, 2], [0, 2, 3]], to_local.matrix3.determinant() < 0.0)),
             normals: None,
             uvs: Some(Arc::new([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])),
+            colors: None,
         };
         (self.add_mesh(&mesh), None, Primitives::Mesh(mesh))
     }
@@ -264,7 +277,8 @@ impl<'a> Builder<'a> {
             };
             normals.iter().map(to_world).collect()
         });
-        let data = MeshData { positions: positions.collect(), indices, normals, uvs: mesh.uvs.clone() };
+        let (uvs, colors) = (mesh.uvs.clone(), mesh.colors.clone());
+        let data = MeshData { positions: positions.collect(), indices, normals, uvs, colors };
         (self.add_mesh(&data), None, Primitives::Mesh(data))
     }
 
@@ -281,6 +295,7 @@ impl<'a> Builder<'a> {
             indices: mesh.indices.clone(),
             normals: mesh.normals.clone(),
             uvs: mesh.uvs.clone(),
+            colors: mesh.colors.clone(),
         };
         let geometry = match self.shared[shape] {
             Some(geometry) => geometry,
@@ -304,11 +319,14 @@ fn similarity_scale(m: DMat3) -> Option<f64> {
     off.iter().all(|d| d.abs() <= 1e-9 * squared).then(|| squared.sqrt())
 }
 
-fn rounded(m: DAffine3, name: &str) -> Result<Transform, SceneError> {
-    let row = |i: usize| {
+fn rows(m: DAffine3) -> [[f32; 4]; 3] {
+    [0, 1, 2].map(|i| {
         [m.matrix3.x_axis[i] as f32, m.matrix3.y_axis[i] as f32, m.matrix3.z_axis[i] as f32, m.translation[i] as f32]
-    };
-    Transform::new([row(0), row(1), row(2)]).ok_or_else(|| SceneError::Transform(name.to_owned()))
+    })
+}
+
+fn rounded(m: DAffine3, name: &str) -> Result<Transform, SceneError> {
+    Transform::new(rows(m)).ok_or_else(|| SceneError::Transform(name.to_owned()))
 }
 
 /// Middle of the objects' bounds; zero for an empty scene.
@@ -407,6 +425,10 @@ fn validate_mesh(mesh: &Mesh, object: &super::Object) -> Result<(), SceneError> 
     }
     if mesh.uvs.as_ref().is_some_and(|t| t.len() != vertices || t.iter().flatten().any(|c| !c.is_finite())) {
         return wrong("there must be one finite texture coordinate a vertex");
+    }
+    if mesh.colors.as_ref().is_some_and(|c| c.len() != vertices || c.iter().flatten().any(|c| !(0.0..=1.0).contains(c)))
+    {
+        return wrong("there must be one colour a vertex, from 0 to 1");
     }
     let slots = object.materials.len() as u32;
     if let Some(faces) = &mesh.face_materials {

@@ -3,7 +3,7 @@
 use crate::{
     material::Color,
     math::Vec2,
-    texture::{Mapping, Wrap},
+    texture::{Mapping, Pattern, Wrap},
 };
 
 /// Blocks along a side: a texel each where the image has no more.
@@ -34,16 +34,17 @@ struct Parts {
 }
 
 impl EmissionMap {
-    /// `None` if the colour has no texture.
+    /// `None` if the colour has no texture, or none that is an image.
     pub fn new(color: &Color) -> Option<Self> {
         let texture = color.texture.as_ref()?;
-        let (size, mapping) = (texture.image.size(), texture.mapping);
+        let Pattern::Image(image) = &texture.pattern else { return None };
+        let (size, mapping) = (image.size(), texture.mapping);
         let radiance = |texel: [f32; 4]| -> f64 {
             let channel = |c: usize| f64::from(color.factor[c] * (mapping.base + mapping.gain * texel[c])).max(0.0);
             (channel(0) + channel(1) + channel(2)) / 3.0
         };
         let all = || (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| (x, y)));
-        let brightest = all().map(|(x, y)| radiance(texture.image.texel(x, y))).fold(0.0, f64::max).min(f64::MAX);
+        let brightest = all().map(|(x, y)| radiance(image.texel(x, y))).fold(0.0, f64::max).min(f64::MAX);
         let unit = brightest / UNITS;
         let blocks = size.map(|texels| texels.min(MAX_BLOCKS));
         let stride = blocks[0] as usize + 1;
@@ -51,7 +52,7 @@ impl EmissionMap {
         if unit > 0.0 {
             for (x, y) in all() {
                 let [column, row] = [block_of(x, 0, size, blocks), block_of(y, 1, size, blocks)];
-                let units = (radiance(texture.image.texel(x, y)) / unit).min(UNITS);
+                let units = (radiance(image.texel(x, y)) / unit).min(UNITS);
                 sums[(row + 1) * stride + column + 1] += units.ceil() as u64;
             }
         }
@@ -190,7 +191,7 @@ mod tests {
                 let lit = [[size[0] / 3, size[1] - 1]];
                 let transform = UvTransform::new([1.3, -0.7], 20.0, [0.4, 0.3]);
                 let mapping = Mapping { wrap: [wrap; 2], transform, ..Mapping::default() };
-                let texture = Texture { image: image(size, &lit), mapping };
+                let texture = Texture { pattern: Pattern::Image(image(size, &lit)), mapping };
                 let color = Color { factor: Spectrum::splat(2.0), texture: Some(Arc::new(texture)) };
                 let map = EmissionMap::new(&color).unwrap();
                 let mut dark = 0;
@@ -200,7 +201,7 @@ mod tests {
                     let mixed = [Vec2::new(extent.x, 0.0), Vec2::new(0.0, extent.y)].map(|e| corner + e);
                     let mean = map.mean(&[corner, corner + extent, mixed[0], mixed[1]]);
                     let inside = (0..10).map(|_| corner + extent * Vec2::new(next(), next()));
-                    let brightest = inside.map(|uv| color.at(uv)[0]).fold(0.0, f32::max);
+                    let brightest = inside.map(|uv| color.at(&uv.into())[0]).fold(0.0, f32::max);
                     assert!(mean > 0.0 || brightest == 0.0, "{wrap} {size:?} {corner} {extent}: {brightest}");
                     dark += u32::from(mean == 0.0);
                     light += u32::from(brightest > 0.0);

@@ -7,7 +7,8 @@ use crate::{
     material::{Emission, Material},
     math::{DVec3, Vec2, Vec3},
     spectrum::Spectrum,
-    surface::{MeshData, NO_LIGHT, face_normal, orient, texture_coordinates_at},
+    surface::{MeshData, NO_LIGHT, face_normal, lookup, orient, texture_coordinates_at},
+    texture::Lookup,
 };
 
 /// Most pieces of a face along one of its sides.
@@ -133,12 +134,12 @@ impl VariedLights {
         let [a, b] = sample.at;
         let at = varied.cut.point(piece, if varied.swap { [b, a] } else { [a, b] });
         let position = sample.target.unwrap_or_default();
-        let uv = match varied.cut {
+        let found = match varied.cut {
             // A rectangle's own coordinates are its texture coordinates.
-            Cut::Rectangle(_) => Vec2::from(at),
-            _ => texture_coordinates_at(placement, varied.face, at, position),
+            Cut::Rectangle(_) => Lookup { uv: Vec2::from(at), ..lookup(placement, varied.face, [0.0; 2], position) },
+            _ => lookup(placement, varied.face, at, position),
         };
-        LightSample { radiance: materials[placement.material(varied.face) as usize].glow(uv), ..sample }
+        LightSample { radiance: materials[placement.material(varied.face) as usize].glow(&found), ..sample }
     }
 }
 
@@ -167,7 +168,7 @@ struct Lister<'a> {
 
 /// What a face emits.
 struct Glow<'a> {
-    /// Of a textured emission its factor only.
+    /// Of an emission with a texture its factor only, times what a texture without map may be.
     radiance: Spectrum,
     map: Option<&'a EmissionMap>,
     /// Share of the map's radiance that the opacity lets be, at most.
@@ -184,8 +185,14 @@ impl Lister<'_> {
         let Emission { radiance, two_sided } = material.emission.as_ref()?;
         let opacity = material.opacity.range()[1].clamp(0.0, 1.0);
         let map = self.maps[index].as_ref();
-        let is_varied = map.is_some() || material.opacity.texture.is_some();
-        let radiance = radiance.factor * opacity;
+        let is_varied = radiance.texture.is_some() || material.opacity.texture.is_some();
+        // What is computed has no map: every face counts alike, by the middle of what it may be.
+        let middle = |[low, high]: [f32; 2]| (0.5 * (low.max(0.0) + high.max(0.0))).min(f32::MAX);
+        let likely = match &radiance.texture {
+            Some(texture) if map.is_none() => middle(texture.range()),
+            _ => 1.0,
+        };
+        let radiance = radiance.factor * (opacity * likely);
         (!radiance.is_black()).then_some(Glow { radiance, map, opacity, is_varied, two_sided: *two_sided })
     }
 

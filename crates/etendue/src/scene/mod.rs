@@ -19,6 +19,7 @@ use crate::{
     math::{DVec3, Frame, Vec2, Vec3},
     spectrum::Spectrum,
     surface::{self, Chart, MeshData, NO_LIGHT, SurfacePoint},
+    texture::Lookup,
 };
 use emitters::{Cut, VariedLights};
 use etendue_accel::{Accelerator, Hit, Ray, Transform};
@@ -28,6 +29,8 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) struct Placement {
     pub primitives: Primitives,
+    /// From the world (relative to the scene's centre) to the object's own space, before its transform: rows.
+    pub to_own: [[f32; 4]; 3],
     /// `None` where the primitives are in world space already.
     pub transform: Option<Transform>,
     /// Materials of the object; at least one.
@@ -121,6 +124,7 @@ pub struct Scene {
     interiors: Interiors,
     accelerator: Accelerator,
     opaque: bool,
+    filters: bool,
     has_delta_lights: bool,
     stats: SceneStats,
 }
@@ -173,6 +177,12 @@ impl Scene {
         self.opaque
     }
 
+    /// True if some texture looks different from afar, so that paths need a cone.
+    #[inline]
+    pub fn filters_textures(&self) -> bool {
+        self.filters
+    }
+
     /// True if some lights can be found by sampling only (`brute` does not see them).
     pub fn has_delta_lights(&self) -> bool {
         self.has_delta_lights
@@ -200,27 +210,19 @@ impl Scene {
         surface::surface_point(&self.placements[hit.id.instance as usize], ray, hit)
     }
 
-    /// Scattering at a hit, textures looked up.
+    /// Scattering at a point, textures looked up. `surroundings` is the index of refraction around a body that has its own,
+    /// else 1.
     // Kept out of the loop over vertices, most of which do without.
     #[inline(never)]
-    pub fn bsdf_at(&self, point: &SurfacePoint, hit: &Hit) -> Bsdf {
-        self.materials[point.material as usize].bsdf(self.texture_coordinates(point, hit))
+    pub fn bsdf_within(&self, point: &SurfacePoint, at: &Lookup, surroundings: f32) -> Bsdf {
+        self.materials[point.material as usize].scattering.at(at).within(surroundings).bsdf()
     }
 
-    /// As [`Self::bsdf_at`], for a body of its own index of refraction in surroundings of another.
+    /// Shading normal at a hit with the relief of its material, unit length; `None` where there is no relief.
     #[inline(never)]
-    pub fn bsdf_within(&self, point: &SurfacePoint, hit: &Hit, surroundings: f32) -> Bsdf {
-        let uv = self.texture_coordinates(point, hit);
-        self.materials[point.material as usize].scattering.at(uv).within(surroundings).bsdf()
-    }
-
-    /// Shading normal at a hit with the relief of its material, unit length.
-    #[inline(never)]
-    pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit) -> Vec3 {
-        match &self.materials[point.material as usize].relief {
-            None => point.shading_normal,
-            Some(relief) => relief.normal(point.shading_normal, &self.chart(point, hit)),
-        }
+    pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit, at: &Lookup) -> Option<Vec3> {
+        let relief = self.materials[point.material as usize].relief.as_ref()?;
+        Some(relief.normal(point.shading_normal, at, &self.chart(point, hit)))
     }
 
     /// The shading frame at a hit for a BSDF that has directions, about the point's shading normal.
@@ -228,7 +230,26 @@ impl Scene {
     pub fn directed_frame(&self, point: &SurfacePoint, hit: &Hit) -> Frame {
         let field = &self.materials[point.material as usize].tangent;
         let position = self.center + point.position.as_dvec3();
-        field.frame(position, point.shading_normal, || self.chart(point, hit))
+        field.frame(position, point.shading_normal, || self.chart(point, hit), || self.lookup(point, hit))
+    }
+
+    /// Where textures are looked up at a hit, as a point.
+    #[inline(never)]
+    pub fn lookup(&self, point: &SurfacePoint, hit: &Hit) -> Lookup {
+        surface::lookup(&self.placements[hit.id.instance as usize], hit.id.primitive, [hit.u, hit.v], point.position)
+    }
+
+    /// Where textures are looked up at a hit, and over how much of the surface: what a cone about the path covers whose
+    /// diameter there is `width`, metres, seen from the unit vector `wo`.
+    #[inline(never)]
+    pub fn lookup_over(&self, point: &SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> Lookup {
+        surface::lookup_over(&self.placements[hit.id.instance as usize], point, hit, wo, width)
+    }
+
+    /// The point of the smooth surface that a mesh's vertex normals stand for, where that lies above the facet on a side, 1 or
+    /// -1 (the back).
+    pub(crate) fn lifted(&self, point: &SurfacePoint, hit: &Hit, side: f32) -> Option<Vec3> {
+        surface::lifted(&self.placements[hit.id.instance as usize], point, hit, side)
     }
 
     /// Texture coordinates of a hit.
@@ -249,7 +270,7 @@ impl Scene {
         let opacity = &self.materials[point.material as usize].opacity;
         let value = match &opacity.texture {
             None => opacity.factor,
-            Some(_) => opacity.at(self.texture_coordinates(point, hit)),
+            Some(_) => opacity.at(&self.lookup(point, hit)),
         };
         value.clamp(0.0, 1.0)
     }

@@ -1,7 +1,7 @@
 //! All that a scene is built from: plain records with f64 transforms.
 
 use crate::{
-    light::RadianceMap,
+    light::{RadianceMap, atmosphere::Atmosphere},
     material::Material,
     math::{DAffine3, DMat3, DVec3},
     medium::Medium,
@@ -22,6 +22,9 @@ pub struct Mesh {
     pub normals: Option<Arc<[[f32; 3]]>>,
     /// Texture coordinates, one a vertex.
     pub uvs: Option<Arc<[[f32; 2]]>>,
+    /// Colours, linear, with their opacity, each in [0, 1], one a vertex; for textures of
+    /// [vertex colours](crate::texture::Pattern::VertexColor).
+    pub colors: Option<Arc<[[f32; 4]]>>,
     /// Index into [`Object::materials`], one a face; absent: all 0.
     pub face_materials: Option<Arc<[u32]>>,
 }
@@ -108,6 +111,21 @@ pub enum Environment {
         orientation: DMat3,
         /// Multiplies the image.
         strength: Spectrum,
+    },
+    /// A clear sky, computed; see [`atmosphere`](crate::light::atmosphere).
+    Sky {
+        /// Towards the sun, of any length but 0.
+        sun: DVec3,
+        /// Straight up, of any length but 0.
+        up: DVec3,
+        /// The air and the ground.
+        atmosphere: Atmosphere,
+        /// Multiplies all light.
+        strength: Spectrum,
+        /// Half of the angle that the sun is seen under, radians, above 0 up to pi / 2; its irradiance does not depend on it.
+        sun_radius: f64,
+        /// False leaves the disk of the sun out, but not the light that it gives to sky and ground.
+        sun_disk: bool,
     },
 }
 

@@ -1,7 +1,8 @@
 //! Texels as they were stored, decoded when they are looked up: an 8-bit image stays a byte a sample.
 
+use super::pyramid::{Level, pyramid};
 use crate::math::Vec2;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Samples as stored, row by row from the top left, the channels of a texel side by side.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,6 +80,8 @@ pub struct TextureImage {
     transfer: Transfer,
     range: [f32; 2],
     translucent: bool,
+    /// Coarser copies, once asked for.
+    coarser: OnceLock<Arc<[Level]>>,
 }
 
 impl TextureImage {
@@ -115,8 +118,17 @@ impl TextureImage {
             Samples::U16(_) => decode_all(65535, transfer),
             Samples::F32(_) => Arc::new([]),
         };
-        let mut image =
-            Self { width, height, channels, samples, decoded, transfer, range: [0.0, 1.0], translucent: false };
+        let mut image = Self {
+            width,
+            height,
+            channels,
+            samples,
+            decoded,
+            transfer,
+            range: [0.0, 1.0],
+            translucent: false,
+            coarser: OnceLock::new(),
+        };
         image.range = image.find_range();
         image.translucent = image.find_translucent();
         Ok(image)
@@ -129,7 +141,7 @@ impl TextureImage {
             Samples::U16(_) => decode_all(65535, transfer),
             Samples::F32(_) => Arc::new([]),
         };
-        let mut image = Self { decoded, transfer, ..self.clone() };
+        let mut image = Self { decoded, transfer, coarser: OnceLock::new(), ..self.clone() };
         image.range = image.find_range();
         image
     }
@@ -175,6 +187,23 @@ impl TextureImage {
         self.samples.bytes()
     }
 
+    /// Makes the coarser copies that filtered lookups read, unless they are there: of half the width and height, and again,
+    /// down to one texel. They take two thirds of the bytes of an 8-bit image, else one third.
+    pub fn build_levels(&self) {
+        self.coarser.get_or_init(|| pyramid(self));
+    }
+
+    /// The coarser copies, finest first; none before [`Self::build_levels`].
+    #[inline]
+    pub fn levels(&self) -> &[Level] {
+        self.coarser.get().map_or(&[], |levels| levels)
+    }
+
+    /// True if samples are floats, of any size.
+    pub(super) fn is_float(&self) -> bool {
+        matches!(self.samples, Samples::F32(_))
+    }
+
     /// Least and most decoded value of any channel.
     pub fn range(&self) -> [f32; 2] {
         self.range
@@ -191,30 +220,11 @@ impl TextureImage {
         let first = (y as usize * self.width as usize + x as usize) * self.channels;
         let texel = first..first + self.channels;
         match &self.samples {
-            Samples::U8(samples) => {
-                self.colour(&samples[texel], |v| self.decoded[usize::from(v)], |v| f32::from(v) / 255.0)
-            }
+            Samples::U8(samples) => colour(&samples[texel], |v| self.decoded[usize::from(v)], |v| f32::from(v) / 255.0),
             Samples::U16(samples) => {
-                self.colour(&samples[texel], |v| self.decoded[usize::from(v)], |v| f32::from(v) / 65535.0)
+                colour(&samples[texel], |v| self.decoded[usize::from(v)], |v| f32::from(v) / 65535.0)
             }
-            Samples::F32(samples) => self.colour(&samples[texel], |v| v, |v| v),
-        }
-    }
-
-    #[inline]
-    fn colour<T: Copy>(&self, texel: &[T], decode: impl Fn(T) -> f32, alpha: impl Fn(T) -> f32) -> [f32; 4] {
-        match *texel {
-            [grey] => {
-                let grey = decode(grey);
-                [grey, grey, grey, 1.0]
-            }
-            [grey, a] => {
-                let grey = decode(grey);
-                [grey, grey, grey, alpha(a)]
-            }
-            [r, g, b] => [decode(r), decode(g), decode(b), 1.0],
-            [r, g, b, a] => [decode(r), decode(g), decode(b), alpha(a)],
-            _ => [0.0; 4],
+            Samples::F32(samples) => colour(&samples[texel], |v| v, |v| v),
         }
     }
 
@@ -233,6 +243,24 @@ impl TextureImage {
         };
         let [low, high] = found.unwrap_or([0.0, 1.0]);
         if self.has_alpha() { [low.min(0.0), high.max(1.0)] } else { [low, high] }
+    }
+}
+
+/// Red, green, blue, opacity of a texel of 1 to 4 channels.
+#[inline]
+pub(super) fn colour<T: Copy>(texel: &[T], decode: impl Fn(T) -> f32, alpha: impl Fn(T) -> f32) -> [f32; 4] {
+    match *texel {
+        [grey] => {
+            let grey = decode(grey);
+            [grey, grey, grey, 1.0]
+        }
+        [grey, a] => {
+            let grey = decode(grey);
+            [grey, grey, grey, alpha(a)]
+        }
+        [r, g, b] => [decode(r), decode(g), decode(b), 1.0],
+        [r, g, b, a] => [decode(r), decode(g), decode(b), alpha(a)],
+        _ => [0.0; 4],
     }
 }
 

@@ -20,8 +20,11 @@ pub enum Wrap {
 /// Between texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filtering {
-    /// Linear along both axes; texels have their values at their centres.
+    /// A mean over the part of the surface that a path stands for: bilinear in coarser copies of the image (Williams,
+    /// "Pyramidal Parametrics", 1983), and between two of them. Like `Bilinear` where that part is smaller than a texel.
     #[default]
+    Trilinear,
+    /// Linear along both axes; texels have their values at their centres.
     Bilinear,
     /// The texel that the point is in.
     Nearest,
@@ -75,7 +78,7 @@ macro_rules! named {
     };
 }
 named!(Wrap, "wrap mode", Repeat = "repeat", Mirror = "mirror", Clamp = "clamp", Black = "black");
-named!(Filtering, "texture filter", Bilinear = "bilinear", Nearest = "nearest");
+named!(Filtering, "texture filter", Trilinear = "trilinear", Bilinear = "bilinear", Nearest = "nearest");
 named!(Channel, "channel", Luminance = "luminance", Red = "red", Green = "green", Blue = "blue", Alpha = "alpha");
 
 impl Channel {
@@ -161,6 +164,13 @@ impl UvTransform {
         Vec2::new(Self::row(self.0[0], uv), Self::row(self.0[1], uv))
     }
 
+    /// A vector, mapped.
+    #[inline]
+    pub fn linear(&self, v: Vec2) -> Vec2 {
+        let [[a, b, _], [c, d, _]] = self.0;
+        Vec2::new(a * v.x + b * v.y, c * v.x + d * v.y)
+    }
+
     /// How much u and v are stretched, each at least 0.
     pub fn scale(&self) -> Vec2 {
         let column = |i: usize| Vec2::new(self.0[0][i], self.0[1][i]).length();
@@ -194,7 +204,7 @@ impl Default for Mapping {
     fn default() -> Self {
         Self {
             wrap: [Wrap::Repeat; 2],
-            filtering: Filtering::Bilinear,
+            filtering: Filtering::Trilinear,
             transform: UvTransform::default(),
             gain: 1.0,
             base: 0.0,

@@ -111,6 +111,7 @@ pub fn mesh(positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Shape {
         indices: indices.into(),
         normals: None,
         uvs: None,
+        colors: None,
         face_materials: None,
     })
 }

@@ -1,0 +1,208 @@
+//! What the air is made of, and how much of it is in the way.
+
+use super::bands::{BANDS, Bands, at_middles, ozone};
+use crate::math::exp_wide;
+use std::f64::consts::PI;
+
+/// Mean radius of the Earth, m.
+pub const GROUND: f64 = 6_371_000.0;
+/// Where the air ends, as distance from the Earth's middle, m.
+pub const TOP: f64 = GROUND + 100_000.0;
+/// Heights over which molecules and aerosol thin out by e, m.
+const SCALE_HEIGHTS: [f64; 2] = [8000.0, 1200.0];
+/// The ozone layer: height of its middle and half of its thickness, m; a triangle (Bruneton, "A Qualitative and Quantitative
+/// Evaluation of 8 Clear Sky Models", 2017).
+const OZONE_LAYER: [f64; 2] = [25_000.0, 15_000.0];
+/// Ozone above a square metre, molecules: 300 Dobson units of 2.687e20.
+const OZONE_COLUMN: f64 = 300.0 * 2.687e20;
+/// Molecules of air above a square metre at sea level, 1013.25 hPa.
+const AIR_COLUMN: f64 = 2.1486e29;
+/// Aerosol: fraction of light that is scattered and not absorbed, and how its optical depth falls with wavelength
+/// (Angstrom's exponent, of ordinary continental air).
+const AEROSOL_ALBEDO: f64 = 0.92;
+const ANGSTROM: f64 = 1.3;
+/// Mean cosine of scattering by aerosol.
+pub const ASYMMETRY: f64 = 0.76;
+/// Half of the angle that the sun is seen under, radians.
+pub const SUN_RADIUS: f64 = 0.2666 * PI / 180.0;
+
+/// Scattering cross section of a molecule of air, m^2, of dry air with 360 ppm CO2, `wavelength` in nm: Bodhaine, Wood,
+/// Dutton and Slusser, "On Rayleigh Optical Depth Calculations", 1999, equation 29.
+fn molecule(wavelength: f64) -> f64 {
+    let squared = (wavelength * 1e-3) * (wavelength * 1e-3);
+    let over = 1.045_599_6 - 341.290_61 / squared - 0.902_308_50 * squared;
+    let below = 1.0 + 0.002_705_988_9 / squared - 85.968_563 * squared;
+    1e-32 * over / below
+}
+
+/// Optical depth of the molecules from sea level straight up.
+fn molecular_depth(wavelength: f64) -> f64 {
+    molecule(wavelength) * AIR_COLUMN
+}
+
+/// Amounts of molecules, aerosol and ozone: densities relative to where they are greatest, or these along a path, m.
+pub type Amounts = [f64; 3];
+
+/// Densities at a height above sea level, m.
+pub fn densities(height: f64) -> Amounts {
+    let [molecules, aerosol] = SCALE_HEIGHTS.map(|scale| exp_wide(-height / scale));
+    [molecules, aerosol, (1.0 - (height - OZONE_LAYER[0]).abs() / OZONE_LAYER[1]).max(0.0)]
+}
+
+/// Optical coefficients where each part is densest, 1/m.
+pub struct Air {
+    /// Of molecules.
+    pub molecular: Bands,
+    /// Scattering by aerosol.
+    pub aerosol: Bands,
+    /// Extinction by molecules, aerosol, ozone.
+    extinction: [Bands; 3],
+}
+
+impl Air {
+    /// `turbidity` is the optical depth of molecules and aerosol straight up over that of molecules, at 550 nm.
+    pub fn new(turbidity: f64) -> Self {
+        let molecular = at_middles(|w| molecular_depth(w) / SCALE_HEIGHTS[0]);
+        let aerosol_depth = (turbidity - 1.0) * molecular_depth(550.0);
+        let extinction = at_middles(|w| aerosol_depth * libm::pow(w / 550.0, -ANGSTROM) / SCALE_HEIGHTS[1]);
+        let ozone = ozone().map(|section| section * OZONE_COLUMN / OZONE_LAYER[1]);
+        Self { molecular, aerosol: extinction.map(|e| e * AEROSOL_ALBEDO), extinction: [molecular, extinction, ozone] }
+    }
+
+    /// Optical depth of amounts along a path.
+    pub fn depth(&self, amounts: Amounts) -> Bands {
+        let [molecules, aerosol, ozone] = &self.extinction;
+        std::array::from_fn(|i| molecules[i] * amounts[0] + aerosol[i] * amounts[1] + ozone[i] * amounts[2])
+    }
+
+    /// Fraction of light that passes amounts along a path.
+    pub fn transmittance(&self, amounts: Amounts) -> Bands {
+        self.depth(amounts).map(|depth| exp_wide(-depth))
+    }
+
+    /// Scattering by all parts at these densities, 1/m.
+    pub fn scattering(&self, densities: Amounts) -> Bands {
+        std::array::from_fn(|i| self.molecular[i] * densities[0] + self.aerosol[i] * densities[1])
+    }
+}
+
+/// Density per steradian of scattering by molecules, of the cosine of the scattering angle; with the depolarisation 0.0279
+/// of air (Chandrasekhar, "Radiative Transfer", 1960).
+pub fn molecular_phase(cos: f64) -> f64 {
+    const GAMMA: f64 = 0.0279 / (2.0 - 0.0279);
+    3.0 / (16.0 * PI * (1.0 + 2.0 * GAMMA)) * (1.0 + 3.0 * GAMMA + (1.0 - GAMMA) * cos * cos)
+}
+
+/// The same of scattering by aerosol (Henyey and Greenstein, 1941).
+pub fn aerosol_phase(cos: f64) -> f64 {
+    let base = 1.0 + ASYMMETRY * ASYMMETRY - 2.0 * ASYMMETRY * cos;
+    (1.0 - ASYMMETRY * ASYMMETRY) / (4.0 * PI * base * base.sqrt())
+}
+
+/// Distance from radius `r` to the top of the air in a direction with cosine `mu` against the vertical.
+pub fn to_top(r: f64, mu: f64) -> f64 {
+    (r * r * (mu * mu - 1.0) + TOP * TOP).max(0.0).sqrt() - r * mu
+}
+
+/// Distance to the ground, if the direction meets it.
+pub fn to_ground(r: f64, mu: f64) -> Option<f64> {
+    let discriminant = r * r * (mu * mu - 1.0) + GROUND * GROUND;
+    (mu < 0.0 && discriminant >= 0.0).then(|| (-r * mu - discriminant.sqrt()).max(0.0))
+}
+
+/// Radius and cosine against the vertical at distance `s` along a direction.
+pub fn along(r: f64, mu: f64, s: f64) -> (f64, f64) {
+    let there = (r * r + s * s + 2.0 * r * mu * s).max(GROUND * GROUND).sqrt();
+    (there, ((r * mu + s) / there).clamp(-1.0, 1.0))
+}
+
+/// Amounts along paths that leave the air, tabulated over radius and direction as Bruneton and Neyret, "Precomputed
+/// Atmospheric Scattering", 2008, do, with the direction by the distance to the top.
+pub struct Columns(Vec<Amounts>);
+
+const RADII: usize = 64;
+const DIRECTIONS: usize = 128;
+
+/// Distance to the ground's horizon from radius `r`, and from the top.
+fn horizon_distance(r: f64) -> f64 {
+    ((r - GROUND) * (r + GROUND)).max(0.0).sqrt()
+}
+
+impl Columns {
+    pub fn new() -> Self {
+        let far = horizon_distance(TOP);
+        let mut table = Vec::with_capacity(RADII * DIRECTIONS);
+        for i in 0..RADII {
+            let rho = far * i as f64 / (RADII - 1) as f64;
+            let r = (rho * rho + GROUND * GROUND).sqrt();
+            let (nearest, farthest) = (TOP - r, rho + far);
+            for j in 0..DIRECTIONS {
+                let d = nearest + (farthest - nearest) * j as f64 / (DIRECTIONS - 1) as f64;
+                let mu = if d > 0.0 { ((far - rho) * (far + rho) - d * d) / (2.0 * r * d) } else { 1.0 };
+                table.push(column(r, mu.clamp(-1.0, 1.0), d));
+            }
+        }
+        Self(table)
+    }
+
+    /// Amounts from radius `r` to the top; of directions that meet the ground those of the horizon.
+    fn amounts(&self, r: f64, mu: f64) -> Amounts {
+        let (rho, far) = (horizon_distance(r), horizon_distance(TOP));
+        let (nearest, farthest) = (TOP - r, rho + far);
+        let d = to_top(r, mu.max(horizon_cosine(r)));
+        let x = (d - nearest) / (farthest - nearest).max(1.0) * (DIRECTIONS - 1) as f64;
+        let y = rho / far * (RADII - 1) as f64;
+        let (i, fx) = cell(x, DIRECTIONS);
+        let (j, fy) = cell(y, RADII);
+        let at = |i: usize, j: usize, k: usize| self.0[j * DIRECTIONS + i][k];
+        std::array::from_fn(|k| {
+            let row = |j: usize| at(i, j, k) * (1.0 - fx) + at(i + 1, j, k) * fx;
+            row(j) * (1.0 - fy) + row(j + 1) * fy
+        })
+    }
+
+    /// Fraction of sunlight that arrives at radius `r` where the sun's cosine against the vertical is `mu`; the sun sets
+    /// over its width.
+    pub fn sunlight(&self, air: &Air, r: f64, mu: f64) -> Bands {
+        let half = SUN_RADIUS * GROUND / r;
+        let t = ((mu - horizon_cosine(r)) / half * 0.5 + 0.5).clamp(0.0, 1.0);
+        if t == 0.0 {
+            return [0.0; BANDS];
+        }
+        let visible = t * t * (3.0 - 2.0 * t);
+        self.unobstructed(air, r, mu).map(|part| part * visible)
+    }
+
+    /// Fraction of light from outside that arrives at radius `r` if the ground is not in the way; below the horizon as at it.
+    pub fn unobstructed(&self, air: &Air, r: f64, mu: f64) -> Bands {
+        air.transmittance(self.amounts(r, mu))
+    }
+}
+
+/// Cosine against the vertical of the horizon seen from radius `r`, at most 0.
+pub fn horizon_cosine(r: f64) -> f64 {
+    -horizon_distance(r) / r
+}
+
+/// Table cell and position in it.
+pub fn cell(x: f64, count: usize) -> (usize, f64) {
+    let x = x.clamp(0.0, (count - 1) as f64);
+    let i = (x as usize).min(count - 2);
+    (i, x - i as f64)
+}
+
+/// Amounts over distance `d`, by Simpson's rule in steps that are short where the path is lowest.
+fn column(r: f64, mu: f64, d: f64) -> Amounts {
+    const STEPS: usize = 64;
+    let mut sum = [0.0; 3];
+    for i in 0..=STEPS {
+        let t = i as f64 / STEPS as f64;
+        let weight = if i == 0 || i == STEPS { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+        // s = d t^2, ds = 2 d t dt.
+        let (there, _) = along(r, mu, d * t * t);
+        let density = densities(there - GROUND);
+        let scale = weight / (3.0 * STEPS as f64) * 2.0 * d * t;
+        sum = [0, 1, 2].map(|k| sum[k] + density[k] * scale);
+    }
+    sum
+}

@@ -1,0 +1,170 @@
+//! The light of a clear sky, computed from what air does to sunlight.
+//!
+//! A round Earth with molecules, aerosol and ozone in layers; in 18 bands of wavelength each direction of the sky gathers
+//! sunlight that was scattered once into it (Nishita, Sirai, Tadamura and Nakamae, "Display of the Earth Taking into Account
+//! Atmospheric Scattering", 1993) and more often ([`multiple`]), then bands become a colour. Fitted skies (Preetham,
+//! Shirley and Smits 1999; Hosek and Wilkie 2012) are known for the sun above the horizon only, and for one ground; this
+//! one goes on through twilight, and its sun and its sky are of one piece.
+
+mod air;
+mod bands;
+mod multiple;
+
+use super::RadianceMap;
+use crate::spectrum::Spectrum;
+use air::{Air, Columns, GROUND, SUN_RADIUS, aerosol_phase, along, densities, molecular_phase, to_top};
+pub use bands::EFFICACY;
+use bands::{BANDS, Bands, Colours, displayable, reflectance};
+use multiple::Multiple;
+use std::f64::consts::PI;
+
+/// Turbidities of clear to hazy skies; 1 is air without aerosol.
+pub const TURBIDITY: std::ops::RangeInclusive<f64> = 1.0..=10.0;
+
+/// Size of the map; half of the rows are above the horizon.
+const SIZE: [usize; 2] = [768, 384];
+/// Azimuths from the sun to the opposite where light is gathered; all but phase functions changes slowly between.
+const AZIMUTHS: usize = 33;
+/// Steps along a line of sight.
+const STEPS: usize = 48;
+
+/// A clear sky.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Atmosphere {
+    /// Optical depth of molecules and aerosol over that of molecules alone, straight up at 550 nm, within [`TURBIDITY`]: 2 is
+    /// very clear, 3 clear, 6 hazy.
+    pub turbidity: f64,
+    /// Reflectance of the ground, in [0, 1].
+    pub ground: Spectrum,
+}
+
+/// What a sun makes of an [`Atmosphere`], as seen from the ground.
+#[derive(Clone, Debug)]
+pub struct Daylight {
+    /// Radiance of sky and ground without the sun itself, W sr^-1 m^-2; the sun stands above the middle column. Below the
+    /// horizon is the ground, lit by sun and sky.
+    pub map: RadianceMap,
+    /// Irradiance by the sun on a plane that faces it, W m^-2; black when it is below the horizon.
+    pub sun: Spectrum,
+}
+
+/// Light of the sun that is scattered towards the viewer, for sunlight of irradiance 1 and phase functions of 1.
+#[derive(Clone, Copy)]
+struct Gathered {
+    molecular: [f64; 3],
+    aerosol: [f64; 3],
+    multiple: [f64; 3],
+}
+
+impl Gathered {
+    fn mix(&self, other: &Self, t: f64) -> Self {
+        let mix = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|c| a[c] * (1.0 - t) + b[c] * t);
+        Self {
+            molecular: mix(self.molecular, other.molecular),
+            aerosol: mix(self.aerosol, other.aerosol),
+            multiple: mix(self.multiple, other.multiple),
+        }
+    }
+
+    /// Radiance where the angle between view and sun has this cosine.
+    fn radiance(&self, cos: f64) -> [f64; 3] {
+        let (molecular, aerosol) = (molecular_phase(cos), aerosol_phase(cos));
+        [0, 1, 2].map(|c| self.molecular[c] * molecular + self.aerosol[c] * aerosol + self.multiple[c])
+    }
+}
+
+/// What the gathering of light needs.
+struct Observer {
+    air: Air,
+    columns: Columns,
+    multiple: Multiple,
+    colours: Colours,
+}
+
+impl Atmosphere {
+    /// The sky for a sun whose middle is `elevation` radians above the horizon. With the sun below it there is
+    /// twilight, down to nothing at all.
+    pub fn daylight(&self, elevation: f64) -> Daylight {
+        let ground = reflectance(self.ground);
+        let (air, columns) = (Air::new(self.turbidity), Columns::new());
+        let multiple = Multiple::new(&air, &columns, &ground);
+        let observer = Observer { air, columns, multiple, colours: Colours::new() };
+        observer.daylight(elevation, self.ground)
+    }
+}
+
+impl Observer {
+    fn daylight(&self, elevation: f64, ground: Spectrum) -> Daylight {
+        let [width, height] = SIZE;
+        let (sin_sun, cos_sun) = libm::sincos(elevation);
+        let mut texels = Vec::with_capacity(width * height);
+        let mut irradiance = Spectrum::BLACK;
+        let cell = 2.0 * PI * PI / (width * height) as f64;
+        for row in 0..height / 2 {
+            let (cos, sin) = libm::sincos(PI * (row as f64 + 0.5) / height as f64);
+            let gathered = self.line_of_sight(sin, sin_sun, cos * cos_sun);
+            for column in 0..width {
+                let azimuth = PI * ((2 * column + 1) as f64 / width as f64 - 1.0).abs();
+                let (from, t) = air::cell(azimuth / PI * (AZIMUTHS - 1) as f64, AZIMUTHS);
+                let between = (sin * sin_sun + cos * cos_sun * libm::cos(azimuth)).clamp(-1.0, 1.0);
+                let radiance = displayable(gathered[from].mix(&gathered[from + 1], t).radiance(between));
+                irradiance += radiance * (cell * cos * sin) as f32;
+                texels.push(radiance.0);
+            }
+        }
+        let sun = self.sun(elevation);
+        irradiance += sun * sin_sun.max(0.0) as f32;
+        let below = ground * irradiance * (1.0 / PI) as f32;
+        texels.resize(width * height, below.0);
+        // The size is right by construction.
+        let map = RadianceMap::new(width as u32, height as u32, texels).unwrap_or_else(|_| unreachable!("{SIZE:?}"));
+        Daylight { map, sun }
+    }
+
+    /// Irradiance by the sun on a plane that faces it; of a sun that sets, as bright as the middle of what is visible.
+    fn sun(&self, elevation: f64) -> Spectrum {
+        if elevation <= -SUN_RADIUS {
+            return Spectrum::BLACK;
+        }
+        let lowest = (elevation - SUN_RADIUS).max(0.0);
+        let middle = 0.5 * (lowest + elevation + SUN_RADIUS);
+        displayable(self.colours.sum(&self.columns.unobstructed(&self.air, GROUND, libm::sin(middle))))
+    }
+
+    /// What a line of sight gathers whose elevation has this sine, for each azimuth; `sin_sun` that of the sun, and
+    /// `cosines` the product of the cosines of both elevations.
+    fn line_of_sight(&self, sin: f64, sin_sun: f64, cosines: f64) -> Vec<Gathered> {
+        let length = to_top(GROUND, sin);
+        let mut sums = vec![[[0.0; BANDS]; 3]; AZIMUTHS];
+        let mut passed: Bands = [1.0; BANDS];
+        let cosine: Vec<f64> =
+            (0..AZIMUTHS).map(|k| libm::cos(PI * k as f64 / (AZIMUTHS - 1) as f64) * cosines + sin * sin_sun).collect();
+        for i in 0..STEPS {
+            let [from, to] = [i, i + 1].map(|i| length * (i as f64 / STEPS as f64) * (i as f64 / STEPS as f64));
+            let middle = 0.5 * (from + to);
+            let (there, _) = along(GROUND, sin, middle);
+            let density = densities(there - GROUND);
+            let scattered = multiple::step(&self.air, density, to - from, &mut passed);
+            let share: Bands = std::array::from_fn(|b| {
+                let molecular = self.air.molecular[b] * density[0];
+                molecular / (molecular + self.air.aerosol[b] * density[1]).max(f64::MIN_POSITIVE)
+            });
+            for (sum, cos_between) in sums.iter_mut().zip(&cosine) {
+                let mu_sun = ((GROUND * sin_sun + middle * cos_between) / there).clamp(-1.0, 1.0);
+                let light = self.columns.sunlight(&self.air, there, mu_sun);
+                let again = self.multiple.at(there - GROUND, mu_sun);
+                for b in 0..BANDS {
+                    let single = scattered[b] * light[b];
+                    sum[0][b] += single * share[b];
+                    sum[1][b] += single * (1.0 - share[b]);
+                    sum[2][b] += scattered[b] * again[b];
+                }
+            }
+        }
+        let colour = |sum: &[Bands; 3]| {
+            let [molecular, aerosol, multiple] = [0, 1, 2].map(|i| self.colours.sum(&sum[i]));
+            Gathered { molecular, aerosol, multiple }
+        };
+        sums.iter().map(colour).collect()
+    }
+}
