@@ -375,6 +375,27 @@ fn bumps_are_brushed_metal_where_there_is_something_to_reflect() {
     assert!(matches!(&scene.materials[0].material.relief, Some(Relief::Bump { height }) if height.factor == 0.01));
 }
 
+/// The medium is that of the first object's library, if it has a rate.
+#[test]
+fn a_material_fills_the_world() {
+    let folder = Folder::new();
+    folder.put("scene/1.mtl", format!("{LIBRARY}newmtl GlobalScatter\nKd 1 0.5 0.25\nn 0.05\n"));
+    let (scene, said) = folder.read(&with(""));
+    let scene = scene.unwrap();
+    assert_eq!(scene.world_medium.as_ref().unwrap().value, "gas");
+    let medium = &scene.media[0].medium;
+    assert_eq!(medium.extinction(), Spectrum::splat(0.05));
+    assert_eq!(medium.scattering, Spectrum([0.05, 0.025, 0.0125]));
+    let kinds: Vec<_> = medium.phase.components().iter().map(|component| component.kind.name()).collect();
+    assert_eq!(kinds, ["lambert-sphere"]);
+    let note = "scene/1.mtl:16:1: note: `GlobalScatter` fills the world: `n` is its extinction, `Kd` its albedo, and it scatters as tiny matte spheres do";
+    assert!(said.iter().any(|line| line == note), "{said:?}");
+    for none in ["newmtl GlobalScatter\nKd 1\n", "newmtl global_scatter\nKd 1\nn 1\n"] {
+        folder.put("scene/1.mtl", format!("{LIBRARY}{none}"));
+        assert!(folder.scene(&with("")).world_medium.is_none(), "{none}");
+    }
+}
+
 /// A white pixel.
 fn png() -> Vec<u8> {
     let mut bytes = Vec::new();

@@ -96,7 +96,7 @@ impl Materials {
         for file in files.filter(|&file| MeshFormat::of_path(sources.path(file)).is_none()) {
             let materials = self.library(file, sources);
             let medium = materials.iter().find_map(|old| match (old.used_as, &old.named.origin) {
-                (OldUse::Medium { rate, albedo }, Some(origin)) => {
+                (OldUse::Medium { rate, albedo }, Some(origin)) if rate > 0.0 => {
                     Some(Medium { rate, albedo, origin: origin.clone() })
                 }
                 _ => None,

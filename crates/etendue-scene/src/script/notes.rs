@@ -102,6 +102,10 @@ fn materials(scene: &ScriptScene, found: &mut Diagnostics) {
         let message = "`bump` on a surface with `Ks` is brushed metal of that colour, its normals spread radially about (0.3, 0.3, 0) as the old program had it; the picture and `Kd` are not used";
         note(message, surface.origin.clone());
     }
+    if let Some(medium) = &materials.medium {
+        let message = "`GlobalScatter` fills the world: `n` is its extinction, `Kd` its albedo, and it scatters as tiny matte spheres do";
+        note(message, medium.origin.clone());
+    }
     if let Some(image) = materials.images.first() {
         note("pictures are taken as they are stored, without the transfer function of sRGB", image.origin.clone());
     }
