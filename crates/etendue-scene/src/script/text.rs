@@ -65,6 +65,7 @@ pub fn scene_text<E>(scene: &ScriptScene, name: &mut dyn FnMut(&Path) -> Result<
         out.line(None, "");
         material(surface, &scene.materials.images, &mut out);
     }
+    medium(scene, &mut out);
     objects(scene, &mut name, &mut out)?;
     Ok(out)
 }
@@ -111,6 +112,19 @@ fn settings(scene: &ScriptScene, out: &mut SceneText) {
         out.line(Some(&ambient.origin), "[environment]");
         out.line(Some(&ambient.origin), format!("radiance = {}", numbers(ambient.value)));
     }
+}
+
+fn medium(scene: &ScriptScene, out: &mut SceneText) {
+    let Some(medium) = &scene.materials.medium else { return };
+    out.line(None, "");
+    for line in ["[world]", "medium = \"gas\""] {
+        out.line(Some(&medium.origin), line);
+    }
+    out.line(None, "");
+    out.line(Some(&medium.origin), "[media.gas]");
+    out.line(Some(&medium.origin), format!("extinction = {}", digits(medium.rate)));
+    out.line(Some(&medium.origin), format!("albedo = {}", rgb(medium.albedo)));
+    out.line(Some(&medium.origin), "phase = \"lambert-sphere\"");
 }
 
 fn objects<E>(

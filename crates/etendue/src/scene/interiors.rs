@@ -5,7 +5,12 @@
 //! of the others are passed straight through.
 
 use super::{SceneError, SceneParts};
-use crate::{material::Material, math::Vec3, medium::Medium, surface::SurfacePoint};
+use crate::{
+    material::Material,
+    math::{DVec3, Vec3},
+    medium::Medium,
+    surface::SurfacePoint,
+};
 
 /// Bodies that a point can lie in at once; more are not told apart.
 pub const MAX_NESTED: usize = 8;
@@ -81,11 +86,11 @@ pub(crate) struct Interiors {
 }
 
 impl Interiors {
-    /// Resolves the names of media.
+    /// Resolves the names of media; `center` is what all positions will be relative to.
     ///
     /// # Errors
     /// When a material or the world names a medium that is not among `parts.media`.
-    pub fn new(parts: &SceneParts) -> Result<Self, SceneError> {
+    pub fn new(parts: &SceneParts, center: DVec3) -> Result<Self, SceneError> {
         let find = |name: &str, user: &dyn Fn() -> String| -> Result<u32, SceneError> {
             let found = parts.media.iter().position(|medium| medium.name == name);
             let index = found.ok_or_else(|| SceneError::Medium { user: user(), name: name.to_owned() })?;
@@ -116,7 +121,8 @@ impl Interiors {
         let world = parts.world_medium.as_ref().map_or(Ok(NONE), |name| find(name, &|| "the world".to_owned()))?;
         let has_bodies = boundaries.iter().any(Option::is_some);
         let has_priorities = parts.materials.iter().any(|m| m.priority.is_some());
-        Ok(Self { media: parts.media.clone(), kinds, boundaries, world, has_bodies, has_priorities })
+        let media = parts.media.iter().map(|medium| medium.relative_to(center)).collect();
+        Ok(Self { media, kinds, boundaries, world, has_bodies, has_priorities })
     }
 
     /// True if paths must keep track of where they are.
