@@ -260,6 +260,8 @@ fn replace_origins(description: &mut SceneDescription, place: &dyn Fn(&mut Origi
     if let Lens::Perspective { focus: crate::description::Focus::Point(point), .. } = &mut description.camera.lens {
         place(&mut point.origin);
     }
+    description.world_medium.iter_mut().for_each(|name| place(&mut name.origin));
+    description.media.iter_mut().for_each(|record| place(&mut record.origin));
     for record in &mut description.materials {
         place(&mut record.origin);
         record.material = record.material.map_textures(&mut |texture, _| {
