@@ -431,7 +431,8 @@ fn the_scene_file_says_the_same() {
         format!("{:?}", (again.film.display, again.sampler, again.integrator, &again.environment)),
         format!("{:?}", (described.film.display, described.sampler, described.integrator, &described.environment))
     );
-    assert_eq!((again.camera.position, again.camera.lens), (described.camera.position, described.camera.lens));
+    assert_eq!(again.camera.position, described.camera.position);
+    assert_eq!(again.camera.lens, described.camera.lens);
     assert_eq!(again.materials.len(), described.materials.len());
     let steps = |d: &SceneDescription| d.objects[0].transform.iter().map(|s| s.value).collect::<Vec<_>>();
     assert_eq!(steps(&again), steps(&described));
