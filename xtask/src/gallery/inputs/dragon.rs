@@ -13,14 +13,9 @@ use std::f64::consts::PI;
 /// Length of the finished model, metres, along y. The scenes scale it by 1.5.
 const LENGTH: f64 = 2.0;
 /// Faces of the mesh that the figures use, about.
-const FACES: usize = 56_000;
+pub const FACES: usize = 56_000;
 /// What positions are rounded to.
-const QUANTUM: f64 = 1.0 / 16_000.0;
-
-/// The compressed PLY file.
-pub fn ply_gz() -> Vec<u8> {
-    mesh(FACES).ply_gz(QUANTUM)
-}
+pub const QUANTUM: f64 = 1.0 / 16_000.0;
 
 /// A closed mesh of about so many faces: z up, head towards -y, the lowest corner of its bounding box at the origin.
 pub fn mesh(faces: usize) -> Mesh {
@@ -479,5 +474,21 @@ impl Vertebra {
         let scale = bump(u + 0.5 * v) * bump(u - 0.5 * v);
         let plate = bump(along * 2.6);
         0.011 * strength * ((1.0 - to_belly) * scale + to_belly * 1.3 * plate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_dragon_is_one_closed_solid() {
+        let dragon = mesh(14_000);
+        assert!((13_500..14_500).contains(&dragon.triangles.len()), "{}", dragon.triangles.len());
+        assert_eq!(dragon.open_edges(), 0);
+        let solids = dragon.solids();
+        assert!(solids.len() == 1 && solids[0] > 0.3, "{solids:?}");
+        let [low, high] = dragon.bounds();
+        assert!(low.length() < 1e-9 && (high.y - LENGTH).abs() < 1e-9, "{low} {high}");
     }
 }
