@@ -163,30 +163,14 @@ impl Dragon {
 
     fn legs(&mut self) {
         // Front legs: shoulder, elbow, wrist; then hind legs: hip, knee, ankle. The side is the sign of y.
-        self.leg(
-            -1.0,
-            [dvec3(-0.44, -0.14, 0.33), dvec3(-0.25, -0.31, 0.24), dvec3(-0.45, -0.4, 0.085)],
-            dvec3(-0.9, -0.35, 0.0),
-            1.0,
-        );
-        self.leg(
-            1.0,
-            [dvec3(-0.46, 0.16, 0.33), dvec3(-0.3, 0.33, 0.22), dvec3(-0.56, 0.39, 0.085)],
-            dvec3(-0.95, 0.3, 0.0),
-            1.0,
-        );
-        self.leg(
-            -1.0,
-            [dvec3(0.44, -0.1, 0.3), dvec3(0.24, -0.27, 0.3), dvec3(0.33, -0.36, 0.085)],
-            dvec3(-0.85, -0.5, 0.0),
-            1.06,
-        );
-        self.leg(
-            1.0,
-            [dvec3(0.54, 0.12, 0.32), dvec3(0.36, 0.31, 0.29), dvec3(0.5, 0.38, 0.085)],
-            dvec3(-0.7, 0.7, 0.0),
-            1.06,
-        );
+        let front = [dvec3(-0.44, -0.12, 0.33), dvec3(-0.25, -0.27, 0.25), dvec3(-0.46, -0.32, 0.085)];
+        self.leg(-1.0, front, dvec3(-0.95, -0.2, 0.0), 1.0);
+        let front = [dvec3(-0.46, 0.13, 0.33), dvec3(-0.31, 0.26, 0.24), dvec3(-0.58, 0.27, 0.085)];
+        self.leg(1.0, front, dvec3(-0.98, 0.08, 0.0), 1.0);
+        let hind = [dvec3(0.44, -0.1, 0.3), dvec3(0.25, -0.24, 0.31), dvec3(0.34, -0.31, 0.085)];
+        self.leg(-1.0, hind, dvec3(-0.9, -0.3, 0.0), 1.06);
+        let hind = [dvec3(0.54, 0.1, 0.32), dvec3(0.36, 0.25, 0.3), dvec3(0.5, 0.28, 0.085)];
+        self.leg(1.0, hind, dvec3(-0.9, 0.3, 0.0), 1.06);
     }
 
     fn leg(&mut self, side: f64, [top, middle, end]: [DVec3; 3], toes: DVec3, size: f64) {
