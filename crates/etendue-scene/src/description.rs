@@ -316,6 +316,8 @@ pub struct IntegratorRecord {
 pub struct MaterialRecord {
     /// The material, with its name.
     pub material: Material<TextureRecord>,
+    /// Where the name of its interior is, if it has one.
+    pub interior: Option<Origin>,
     /// Where its name is.
     pub origin: Origin,
 }
@@ -363,6 +365,8 @@ pub struct ObjectRecord {
     pub shape: ShapeRecord,
     /// Name of its material; absent: the mesh file's own, or plain grey.
     pub material: Option<Located<String>>,
+    /// Names of the mesh file's materials, and of those that stand in their places.
+    pub materials: Vec<[Located<String>; 2]>,
     /// Applied in order.
     pub transform: Vec<Located<Step>>,
     /// Where the object is described.

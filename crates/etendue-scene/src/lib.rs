@@ -27,6 +27,7 @@ mod polygon;
 mod positions;
 pub mod read;
 pub mod schema;
+pub mod script;
 pub mod source;
 pub mod stl;
 pub mod sun_position;

@@ -134,7 +134,7 @@ impl Finding for Ignored {
             Self::LampByName => note(format!("`AreaLightSource` emits `Kd` ({materials})")),
             Self::Medium => warning(format!("scattering media are not rendered: `{key}` ignored{times}")),
             Self::MediumByName => {
-                warning(format!("`GlobalScatter` stands for a scattering medium, which is not rendered ({materials})"))
+                note(format!("`GlobalScatter` stands for a medium, which scripts fill the world with ({materials})"))
             }
             Self::NoFile => warning(format!("`{key}` without a file name ignored{times}")),
             Self::NormalsByName => {

@@ -142,17 +142,33 @@ pub static ENVIRONMENT: Section = Section {
     ],
 };
 
+/// Types of materials whose surface is seen.
+const SEEN: &[&str] = &[
+    "diffuse",
+    "mirror",
+    "glass",
+    "rough-metal",
+    "rough-glass",
+    "brushed-metal",
+    "mtl",
+    "phong",
+    "principled",
+    "black",
+];
+
 /// A material.
 pub static MATERIAL: Section = Section {
     name: "[materials.NAME]",
     keys: &[
         all("type"),
-        all("emission"),
-        all("opacity"),
-        all("bump"),
-        all("normal_map"),
-        all("normal_scale"),
-        all("tangent"),
+        all("interior"),
+        all("priority"),
+        of("emission", SEEN),
+        of("opacity", SEEN),
+        of("bump", SEEN),
+        of("normal_map", SEEN),
+        of("normal_scale", SEEN),
+        of("tangent", SEEN),
         of("reflectance", &["diffuse", "mirror", "brushed-metal"]),
         of("transmittance", &["diffuse"]),
         of("ior", &["glass", "rough-glass", "mtl", "phong", "principled"]),
@@ -267,6 +283,7 @@ pub static OBJECT: Section = Section {
         all("shape"),
         all("name"),
         all("material"),
+        of("materials", &["mesh"]),
         all("transform"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),

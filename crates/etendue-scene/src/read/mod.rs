@@ -14,6 +14,7 @@ mod texture;
 mod toml_syntax;
 mod values;
 
+pub(crate) use material::PRIORITY;
 pub use material::default_material;
 pub(crate) use object::SEGMENTS;
 pub(crate) use pattern::{KINDS as PATTERNS, MAX_STOPS};
@@ -88,9 +89,9 @@ fn named<'a>(item: Item<'a>, kind: &str) -> Option<impl Iterator<Item = (&'a Ent
 }
 
 fn materials(item: Item) -> Option<Vec<MaterialRecord>> {
-    let record = |(entry, item): (&Entry, Item)| MaterialRecord {
-        material: material::material(item, &entry.key),
-        origin: entry.origin.clone(),
+    let record = |(entry, item): (&Entry, Item)| {
+        let (material, interior) = material::material(item, &entry.key);
+        MaterialRecord { material, interior, origin: entry.origin.clone() }
     };
     Some(named(item, "materials")?.map(record).collect())
 }

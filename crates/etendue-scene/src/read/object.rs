@@ -9,7 +9,7 @@ use crate::{
     Diagnostic,
     description::{Located, MeshSource, ObjectRecord, ShapeRecord, Step},
     positions::localise,
-    value::Data,
+    value::{Data, Entry},
 };
 use etendue::{math::DVec3, scene::Mesh, spectrum::Spectrum};
 use std::{path::PathBuf, sync::Arc};
@@ -198,15 +198,32 @@ pub fn object(item: Item) -> Option<ObjectRecord> {
     let is_mesh = fields.key_origin("mesh").is_some() || fields.key_origin("file").is_some();
     let kind = fields.variant("shape", &KINDS, is_mesh.then_some("mesh"));
     let shape = kind.and_then(|kind| shape(&fields, kind));
+    fields.exclusive("material", "materials");
     let record = ObjectRecord {
         name: fields.read("name", name),
         shape: shape.unwrap_or(ShapeRecord::Sphere { center: DVec3::ZERO, radius: 1.0 }),
         material: fields.read("material", name),
+        materials: match kind {
+            Some(Kind::Mesh) => fields.read("materials", materials).unwrap_or_default(),
+            _ => Vec::new(),
+        },
         transform: fields.read("transform", transform).unwrap_or_default(),
         origin: fields.origin.clone(),
     };
     fields.finish();
     Some(record)
+}
+
+/// Names of a file's materials, and what stands in their places.
+fn materials(item: Item) -> Option<Vec<[Located<String>; 2]>> {
+    let Data::Table(entries) = &item.value.data else {
+        return item.wrong_kind_help("a table of names", "{ \"of the file\" = \"of this scene\" }");
+    };
+    let pair = |entry: &Entry| {
+        let by = Item { cx: item.cx, name: &entry.key, value: &entry.value };
+        Some([Located { value: entry.key.clone(), origin: entry.origin.clone() }, name(by)?])
+    };
+    Some(entries.iter().filter_map(pair).collect())
 }
 
 fn shape(fields: &Fields, kind: Kind) -> Option<ShapeRecord> {

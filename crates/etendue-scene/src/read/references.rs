@@ -21,6 +21,9 @@ pub fn check(cx: &Context, description: &SceneDescription) {
         if let Some(material) = &object.material {
             check_name(cx, material, "material", &materials);
         }
+        for [_, material] in &object.materials {
+            check_name(cx, material, "material", &materials);
+        }
         if let ShapeRecord::Mesh(mesh) = &object.shape {
             check_name(cx, mesh, "mesh", &meshes);
         }

@@ -1,8 +1,8 @@
 //! What values each key of a scene file takes.
 
 use crate::read::{
-    Bounds, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS, PATTERNS, SEGMENTS, SUN_SIZES,
-    TURBIDITIES, ZONES,
+    Bounds, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS, PATTERNS, PRIORITY, SEGMENTS,
+    SUN_SIZES, TURBIDITIES, ZONES,
     keys::{self, Section},
 };
 use etendue::{
@@ -36,6 +36,8 @@ pub enum Kind {
     Table(&'static Section),
     /// A table of tables, by names.
     Named(&'static Section),
+    /// A table of names, by names.
+    Names,
     /// Any of several kinds.
     Any(Vec<Kind>),
 }
@@ -273,7 +275,10 @@ fn material(key: &str) -> Option<Kind> {
             "phong",
             "principled",
             "black",
+            "boundary",
         ]),
+        "interior" => Name,
+        "priority" => Integer(-PRIORITY, PRIORITY),
         "emission" => Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::EMISSION)]),
         "normal_map" => Table(&keys::TEXTURE_REFERENCE),
         "normal_scale" => Number(FAR),
@@ -352,6 +357,7 @@ fn object(key: &str) -> Option<Kind> {
     Some(match key {
         "shape" => choice(&["mesh", "sphere", "rectangle", "box", "disk"]),
         "name" | "material" | "mesh" | "file" => Name,
+        "materials" => Kind::Names,
         "transform" => Kind::Any(vec![Table(&keys::STEP), Kind::Array(Box::new(Table(&keys::STEP)), 0, 1000)]),
         "crease_angle" => crease_angle(),
         "center" | "corner" | "u" | "v" | "min" | "max" => point(),

@@ -120,6 +120,7 @@ fn schema_of(kind: &Kind) -> Value {
         }
         Kind::Table(section) => reference(section),
         Kind::Named(section) => json!({ "type": "object", "additionalProperties": reference(section) }),
+        Kind::Names => json!({ "type": "object", "additionalProperties": schema_of(&Kind::Name) }),
         Kind::Any(kinds) => json!({ "anyOf": kinds.iter().map(schema_of).collect::<Vec<_>>() }),
     }
 }
