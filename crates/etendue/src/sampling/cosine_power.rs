@@ -93,8 +93,8 @@ impl CosinePower {
                 continue;
             }
             angle = next;
-            // The error is of the third order in the step.
-            if step.abs() <= 1e-5 * width {
+            // The error is of the third order in the step, over what the density's shape changes in.
+            if step.abs() <= 1e-5 * width.min(FRAC_PI_2 - angle) {
                 break;
             }
         }
