@@ -3,7 +3,7 @@
 use crate::{
     args::ConvertArgs,
     exit::{Exit, Failure},
-    model, report, software,
+    model, report, scene_input, software,
 };
 use etendue::{
     image::{Channel, ChannelData, Image},
@@ -17,6 +17,7 @@ use etendue_scene::{
     mesh_output::{MeshOutputFormat, write_mesh},
     not_read_yet,
     output::{Format, Metadata, atomic, write_image},
+    script::is_script,
 };
 use std::path::{Path, PathBuf};
 
@@ -31,6 +32,11 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
         let message = format!("{} is a scene, which convert does not take", input.display());
         return Err(Failure::new(Exit::Usage, message).hint("etendue render makes pictures of scenes"));
     }
+    if is_script(input) {
+        refuse_picture_options(args, "a script")?;
+        model::check_ending(output)?;
+        return scene_input::write_script_scene(input, Some(output));
+    }
     if model::is_model(input) { mesh(args, input, output) } else { picture(args, input, output) }
 }
 
@@ -39,10 +45,7 @@ fn mesh(args: &ConvertArgs, input: &Path, output: &Path) -> Result<Exit, Failure
         let message = format!("`{}`: the ending names no format that models are written in", output.display());
         Failure::new(Exit::Usage, message).hint("models are written as .obj, .ply and .stl")
     })?;
-    if let Some(option) = args.display.first_given().or(args.layer.as_ref().map(|_| "--layer")) {
-        let message = format!("{option} is for pictures, but {} is a model", input.display());
-        return Err(Failure::new(Exit::Usage, message).hint(format!("leave {option} out")));
-    }
+    refuse_picture_options(args, "a model")?;
     atomic::check_writable(output)?;
     let mut sources = SourceMap::new();
     let mesh = model::read(input, &mut sources, &Limits::default())?;
@@ -51,6 +54,16 @@ fn mesh(args: &ConvertArgs, input: &Path, output: &Path) -> Result<Exit, Failure
     let written = Import { keys: Vec::new(), ..Import::new(output, &mesh) };
     report::say(written.to_string());
     Ok(Exit::Done)
+}
+
+fn refuse_picture_options(args: &ConvertArgs, what: &str) -> Result<(), Failure> {
+    match args.display.first_given().or(args.layer.as_ref().map(|_| "--layer")) {
+        None => Ok(()),
+        Some(option) => {
+            let message = format!("{option} is for pictures, but {} is {what}", args.input.display());
+            Err(Failure::new(Exit::Usage, message).hint(format!("leave {option} out")))
+        }
+    }
 }
 
 /// Where relative names of textures start: at the library's place, or the model's.

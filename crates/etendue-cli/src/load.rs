@@ -3,7 +3,7 @@
 use crate::{
     args::RenderArgs,
     exit::{Exit, Failure},
-    model, report,
+    model, report, scene_input,
 };
 use etendue::{
     camera::CameraSettings,
@@ -14,15 +14,16 @@ use etendue::{
 };
 use etendue_accel::Isa;
 use etendue_scene::{
-    Diagnostics, Input, Limits, ReadError, Severity, SourceMap, build_with,
+    Diagnostics, Input, Limits, Severity, SourceMap, build_with,
     description::SceneDescription,
     import::{Import, counted},
     mesh_file::MeshFile,
-    read_scene, read_toml,
+    read_toml,
+    script::is_script,
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
-    path::Path,
+    path::{Path, PathBuf},
     thread,
 };
 
@@ -64,7 +65,9 @@ pub fn load(args: &RenderArgs) -> Result<Loaded, Failure> {
         meshes.insert(args.input.clone(), mesh);
         description
     } else {
-        scene_file(args, &mut sources, &limits)?
+        let (description, read) = scene_file(args, &mut sources, &limits)?;
+        meshes = read;
+        description
     };
     override_description(&mut description, args);
     let input = build_with(&description, &mut sources, &limits, meshes).map_err(|found| {
@@ -78,23 +81,24 @@ pub fn load(args: &RenderArgs) -> Result<Loaded, Failure> {
     Ok(Loaded { input, isa })
 }
 
-fn scene_file(args: &RenderArgs, sources: &mut SourceMap, limits: &Limits) -> Result<SceneDescription, Failure> {
-    let (description, found) = read_scene(&args.input, sources, limits).map_err(read_failure)?;
+/// What a scene file or script says, and the mesh files that have been read for it.
+fn scene_file(
+    args: &RenderArgs,
+    sources: &mut SourceMap,
+    limits: &Limits,
+) -> Result<(SceneDescription, BTreeMap<PathBuf, MeshFile>), Failure> {
+    let input = scene_input::read(&args.input, sources, limits)?;
     if let Some(option) = args.look.first_given() {
         let message = format!("{option} is for models without a scene file, but {} is one", args.input.display());
         return Err(Failure::new(Exit::Usage, message).hint("edit the scene file instead, or give the model itself"));
     }
-    tell(&found, sources);
-    description.ok_or(Failure::reported(Exit::of(&found)))
-}
-
-/// Why a scene file cannot even be looked into.
-pub fn read_failure(error: ReadError) -> Failure {
-    match error {
-        ReadError::Unsupported { .. } => Failure::new(Exit::Unsupported, error)
-            .hint("scenes are read from .toml files, models from .obj, .ply, .stl and .off files, also .gz"),
-        ReadError::Source(error) => error.into(),
+    tell(&input.found, sources);
+    if is_script(&args.input) && !args.quiet {
+        // What a script means here is not what it meant.
+        let notes = input.found.iter().filter(|d| d.severity == Severity::Note);
+        notes.for_each(|note| report::say(note.one_line(sources)));
     }
+    Ok((input.description, input.meshes))
 }
 
 /// The scene of a model, read from its text as from a file.

@@ -14,6 +14,7 @@ mod outputs;
 mod progress;
 mod render;
 mod report;
+mod scene_input;
 mod signals;
 mod summary;
 mod tools;

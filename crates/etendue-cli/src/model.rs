@@ -3,7 +3,7 @@
 use crate::{
     args::{ModelArgs, RenderArgs, SceneArgs},
     exit::{Exit, Failure},
-    report,
+    report, scene_input,
 };
 use etendue_scene::{
     Limits, SourceMap,
@@ -12,6 +12,7 @@ use etendue_scene::{
     model_scene::{self, ModelEnvironment, ModelOptions, ModelSurface, model_scene},
     output::atomic,
     read::MAX_SIDE,
+    script::is_script,
 };
 use std::{
     io::Write,
@@ -95,6 +96,9 @@ fn fitting(size: [u32; 2]) -> [u32; 2] {
 /// `etendue scene`: writes the automatic scene.
 pub fn run(args: &SceneArgs) -> Result<Exit, Failure> {
     let model = &args.model;
+    if is_script(model) {
+        return script_scene(args);
+    }
     if !is_model(model) {
         let error = unknown_kind(model);
         let hint = error.help.unwrap_or_default();
@@ -106,10 +110,7 @@ pub fn run(args: &SceneArgs) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::Usage, message).hint(format!("both sides may be up to {MAX_SIDE}")));
     }
     if let Some(path) = &args.output {
-        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
-            let message = format!("`{}`: a scene file ends in .toml", path.display());
-            return Err(Failure::new(Exit::Usage, message).hint("give a name such as scene.toml to -o"));
-        }
+        check_ending(path)?;
         atomic::check_writable(path)?;
     }
     let mut sources = SourceMap::new();
@@ -126,8 +127,29 @@ pub fn run(args: &SceneArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+/// The scene file of a script, which says itself how it is shown.
+fn script_scene(args: &SceneArgs) -> Result<Exit, Failure> {
+    let size = args.size.map(|_| "--size");
+    let given = args.look.first_given().or(size).or(args.transparent.then_some("--transparent"));
+    if let Some(option) = given {
+        let message = format!("{option} is for models, but {} is a script", args.model.display());
+        return Err(Failure::new(Exit::Usage, message).hint("edit the scene file that is written"));
+    }
+    args.output.as_deref().map_or(Ok(()), check_ending)?;
+    scene_input::write_script_scene(&args.model, args.output.as_deref())
+}
+
+/// Refuses names of scene files that would not be read back.
+pub fn check_ending(path: &Path) -> Result<(), Failure> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        return Ok(());
+    }
+    let message = format!("`{}`: a scene file ends in .toml", path.display());
+    Err(Failure::new(Exit::Usage, message).hint("give a name such as scene.toml"))
+}
+
 /// The name of a file as seen from a folder.
-fn relative(path: &Path, folder: &Path) -> Result<PathBuf, Failure> {
+pub fn relative(path: &Path, folder: &Path) -> Result<PathBuf, Failure> {
     let cannot = |e| Failure::new(Exit::BadInput, format!("cannot tell where {} is: {e}", path.display()));
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     // Links in the folders count as where they lead to; the file keeps its name.

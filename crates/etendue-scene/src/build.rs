@@ -5,6 +5,7 @@ mod meshes;
 mod sky;
 mod textures;
 mod view;
+mod volumes;
 
 use crate::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap,
@@ -103,6 +104,7 @@ pub fn build_with(
         builder.place(number, object);
     }
     let camera = view::camera(&description.camera, description.film.size, &builder.parts);
+    let media = builder.loader.media();
     let environment = description.environment.as_ref().and_then(|record| builder.loader.environment(record));
     let Builder { mut parts, loader, .. } = builder;
     let Loader { mut findings, imports, textures, .. } = loader;
@@ -117,6 +119,8 @@ pub fn build_with(
     findings.sort();
     parts.delta_lights = description.lights.iter().map(|light| light.value).collect();
     parts.environment = environment;
+    parts.media = media;
+    parts.world_medium = description.world_medium.as_ref().map(|name| name.value.clone());
     let film = &description.film;
     Ok(Input {
         parts,
@@ -211,18 +215,12 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The object's own material for all faces, or the file's materials, or the mesh's own colours, or grey.
+    /// The object's own material for all faces, or the file's materials but for those that are replaced, or the mesh's own
+    /// colours, or grey.
     fn materials_of(&mut self, record: &ObjectRecord, own: &[usize], pieces: &[Piece]) -> Option<Vec<usize>> {
         let index = match &record.material {
-            Some(name) => match self.materials.get(name.value.as_str()) {
-                Some(index) => *index,
-                None => {
-                    let error = Diagnostic::error(format!("no material is called `{}`", name.value));
-                    self.loader.findings.push(error.at(name.origin.clone()));
-                    return None;
-                }
-            },
-            None if !own.is_empty() => return Some(own.to_vec()),
+            Some(name) => self.material(name)?,
+            None if !own.is_empty() => return self.replaced(&record.materials, own),
             None if self.are_colored(pieces) => {
                 let note = Diagnostic::note("no material: the colours of the vertices are its diffuse reflectance");
                 self.loader.findings.push(note.at(record.origin.clone()));
@@ -251,6 +249,33 @@ impl<'a> Builder<'a> {
             materials.push(material);
             materials.len() - 1
         })
+    }
+
+    /// The index of a material of the scene.
+    fn material(&mut self, name: &Located<String>) -> Option<usize> {
+        let index = self.materials.get(name.value.as_str()).copied();
+        if index.is_none() {
+            let error = Diagnostic::error(format!("no material is called `{}`", name.value));
+            self.loader.findings.push(error.at(name.origin.clone()));
+        }
+        index
+    }
+
+    /// The materials of a file, with others in the place of some.
+    fn replaced(&mut self, by: &[[Located<String>; 2]], own: &[usize]) -> Option<Vec<usize>> {
+        let mut materials = own.to_vec();
+        for [name, other] in by {
+            let other = self.material(other)?;
+            let names = own.iter().map(|&index| self.parts.materials[index].name.as_str());
+            let places: Vec<usize> = (0..).zip(names.clone()).filter(|(_, n)| *n == name.value).map(|p| p.0).collect();
+            if places.is_empty() {
+                let warning = Diagnostic::warning(format!("the file has no material that is called `{}`", name.value));
+                let warning = warning.at(name.origin.clone()).suggest(&name.value, names);
+                self.loader.findings.push(warning);
+            }
+            places.into_iter().for_each(|place| materials[place] = other);
+        }
+        Some(materials)
     }
 
     fn grey(&mut self) -> usize {

@@ -29,7 +29,7 @@ pub(crate) fn find_file(folder: &Path, name: &str) -> Result<(PathBuf, Option<St
 }
 
 /// A file whose path differs only in case; of several in one folder the first by name.
-fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
+pub(crate) fn ignoring_case(folder: &Path, name: &Path) -> Option<PathBuf> {
     let mut components = name.components().peekable();
     let mut path = if name.has_root() { PathBuf::new() } else { folder.to_owned() };
     while let Some(component) = components.next() {

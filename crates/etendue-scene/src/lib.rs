@@ -27,12 +27,14 @@ mod polygon;
 mod positions;
 pub mod read;
 pub mod schema;
+pub mod script;
 pub mod source;
 pub mod stl;
 pub mod sun_position;
 mod text;
 pub mod value;
 mod vertex_colors;
+pub mod volume_file;
 mod weld;
 mod write_toml;
 

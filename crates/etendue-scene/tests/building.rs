@@ -365,3 +365,30 @@ fn the_mesh_of_the_project_is_what_its_generator_makes() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/knot.ply");
     assert!(fs::read(path).unwrap() == make_mesh::knot());
 }
+
+#[test]
+fn materials_of_files_are_replaced_by_name() {
+    let obj: &[u8] =
+        b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl a\nsphere 0 0 0 1\n";
+    let mtl: &[u8] = b"newmtl a\nKd 0.1 0.1 0.1\nnewmtl b\nKd 0.2 0.2 0.2\n";
+    let scene = |materials: &str| {
+        let text = format!(
+            "[materials.x]\ntype = \"black\"\n[[objects]]\nfile = \"m.obj\"\n[[objects]]\nfile = \"m.obj\"\nmaterials = {materials}\n"
+        );
+        run(&text, &[("m.obj", obj), ("m.mtl", mtl)])
+    };
+    let Input { parts, findings, .. } = scene("{ a = \"x\" }").unwrap();
+    let names = |object: usize| -> Vec<&str> {
+        parts.objects[object].materials.iter().map(|&m| &parts.materials[m].name[..]).collect()
+    };
+    // Mesh and sphere of the first object, then of the second.
+    assert_eq!([names(0), names(1), names(2), names(3)], [vec!["a", "b"], vec!["a"], vec!["x", "b"], vec!["x"]]);
+    assert_eq!(findings.iter().count(), 0);
+    let Input { findings, .. } = scene("{ c = \"x\" }").unwrap();
+    let said: Vec<_> = findings.iter().map(|d| d.message.clone()).collect();
+    assert_eq!(said, ["the file has no material that is called `c`"]);
+    let unknown = scene("{ a = \"y\" }").unwrap_err();
+    assert!(unknown[0].contains("scene.toml:8:19: error: no material is called `y`"), "{unknown:?}");
+    let both = scene("{ a = \"x\" }\nmaterial = \"x\"").unwrap_err();
+    assert!(both[0].contains("`material` and `materials` exclude each other"), "{both:?}");
+}

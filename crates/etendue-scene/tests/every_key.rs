@@ -3,16 +3,19 @@
 use etendue::{
     bsdf::{GrooveForm, PhongLobes, PrincipledParameters},
     material::{Relief, Scattering, Tangent, TangentField},
-    math::DVec3,
+    math::{DVec3, Vec3},
     scene::DeltaLight,
     spectrum::Spectrum,
-    texture::{Channel, Filtering, Transfer, Wrap},
+    texture::{
+        Channel, Checker, Coordinates, Filtering, Grid, Marble, Noise, Pattern, Procedure, Transfer, UvTransform, Wood,
+        Wrap,
+    },
 };
 use etendue_scene::{
     SourceMap,
     description::{
         Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, SkyRecord, Step,
-        SunRecord, UpAxis, View,
+        SunRecord, TextureRecord, UpAxis, View,
     },
     read_toml,
     sun_position::Moment,
@@ -74,12 +77,34 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "form") => "\"normalised\"",
         ("[materials.NAME]", "metal") => "\"gold\"",
         ("[materials.NAME]", "ior") => "1.25",
+        ("[materials.NAME]", "interior") => "\"milk\"",
+        ("[materials.NAME]", "priority") => "-3",
         ("[materials.NAME]", "opacity" | "alpha" | "specular" | "transmission") => "0.5",
         ("[materials.NAME]", "exponent" | "transmission_exponent") => "50",
         ("[materials.NAME]", "metallic" | "roughness" | "anisotropic" | "coat" | "coat_roughness") => "0.25",
         ("[materials.NAME]", "rotation") => "90",
         ("[materials.NAME]", "sheen_roughness") => "0.75",
         ("[materials.NAME]", _) => "[0.25, 0.5, 0.125]",
+        ("[textures.NAME]", "file") => "\"t.png\"",
+        ("[textures.NAME]", "encoding") => "\"linear\"",
+        ("[textures.NAME]", "channel") => "\"green\"",
+        ("[textures.NAME]", "filter") => "\"bilinear\"",
+        ("[textures.NAME]", "wrap") => "[\"mirror\", \"clamp\"]",
+        ("[textures.NAME]", "coordinates") => "\"uv\"",
+        ("[textures.NAME]", "scale" | "offset") => "[2, 4]",
+        ("[textures.NAME]", "rotate") => "30",
+        ("[textures.NAME]", "gain" | "base") => "0.5",
+        ("[textures.NAME]", "color1") => "[0.25, 0.5, 0.125]",
+        ("[textures.NAME]", "color2") => "{ texture = \"other\", factor = 0.5 }",
+        ("[textures.NAME]", "weight") => "{ texture = \"other\" }",
+        ("[textures.NAME]", "octaves") => "7",
+        ("[textures.NAME]", "turbulence" | "radial") => "true",
+        ("[textures.NAME]", "axis") => "\"z\"",
+        ("[textures.NAME]", "seed") => "9",
+        ("[textures.NAME]", "stops") => "[0.5, { at = 0.75, color = \"#ff0000\" }]",
+        ("[textures.NAME]", "from") => "[0.25, 0]",
+        ("[textures.NAME]", "to") => "[1, 1]",
+        ("[textures.NAME]", _) => "0.25",
         ("[environment]", "image") => "\"sky.hdr\"",
         ("[environment]", "rotation") => "-30",
         ("[environment]", "up") => "\"z\"",
@@ -98,6 +123,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[[lights]]", _) => "[1, 2, 3]",
         ("[[objects]]", "name") => "\"thing\"",
         ("[[objects]]", "material") => "\"m\"",
+        ("[[objects]]", "materials") => "{ \"of the file\" = \"m\" }",
         ("[[objects]]", "transform") => "[{ scale = 2 }, { translate = [1, 2, 3] }]",
         ("[[objects]]", "mesh") => "\"m\"",
         ("[[objects]]", "file") => "\"a.obj\"",
@@ -122,6 +148,10 @@ fn all_keys(section_name: &str, header: &str, choice: &str, name: &str, left_out
         if applies && key.name != choice && !left_out.contains(&key.name) {
             text += &format!("{} = {}\n", key.name, value(section_name, key.name));
         }
+    }
+    if section_name == "[textures.NAME]" {
+        text += "[textures.other]\ntype = \"checker\"\n";
+        text += "[materials.m]\ntype = \"diffuse\"\nreflectance = { texture = \"t\" }\n";
     }
     if section_name == "[[objects]]" {
         text += "[materials.m]\ntype = \"black\"\n[meshes.m]\nfile = \"b.ply\"\n";
@@ -263,7 +293,11 @@ fn materials() {
         assert!(matches!(&material.relief, Some(Relief::Normals { scale: [0.5, -0.5], .. })));
         let direction = Tangent::Radial { center: DVec3::new(1.0, 2.0, 3.0), axis: None };
         assert_eq!(material.tangent, TangentField { direction, rotation: 90f32.to_radians().into() });
+        assert_eq!((material.interior.as_deref(), material.priority), (Some("milk"), Some(-3)));
     }
+    let boundary = &all_keys("[materials.NAME]", "[materials.m]", "type", "boundary", &[]).materials[0].material;
+    assert_eq!((boundary.scattering.clone(), &boundary.opacity), (Scattering::Black, &0.0.into()));
+    assert_eq!((boundary.interior.as_deref(), boundary.priority), (Some("milk"), Some(-3)));
     let scene = all_keys(
         "[materials.NAME]",
         "[materials.m]",
@@ -274,7 +308,10 @@ fn materials() {
     let Scattering::RoughMetal { alpha, .. } = &scene.materials[0].material.scattering else { panic!() };
     assert_eq!(alpha.each_ref().map(|a| a.factor), [0.5; 2]);
     let Some(Relief::Bump { height }) = &scene.materials[0].material.relief else { panic!() };
-    assert_eq!((height.factor, height.texture.as_ref().unwrap().file.value.as_path()), (0.01, Path::new("h.png")));
+    assert_eq!(
+        (height.factor, height.texture.as_ref().unwrap().first_image().unwrap().file.value.as_path()),
+        (0.01, Path::new("h.png"))
+    );
     let scene = read(
         "[materials.a]\ntype = \"diffuse\"\nreflectance = \"#ff0080\"\nemission = 3\n[materials.\"Z z\"]\ntype = \"glass\"",
     );
@@ -367,23 +404,87 @@ fn textures() {
     let Scattering::Diffuse { reflectance, .. } = &material.scattering else { panic!() };
     assert_eq!(reflectance.factor, Spectrum([2.0, 1.0, 0.5]));
     let t = reflectance.texture.as_ref().unwrap();
-    assert_eq!((t.file.value.as_path(), t.transfer), (Path::new("a b.png"), Some(Transfer::Linear)));
+    let image = t.first_image().unwrap();
+    assert_eq!((image.file.value.as_path(), image.transfer), (Path::new("a b.png"), Some(Transfer::Linear)));
     let m = &t.mapping;
     assert_eq!((m.channel, m.filtering, m.wrap), (Channel::Red, Filtering::Nearest, [Wrap::Mirror, Wrap::Clamp]));
     assert_eq!((m.gain, m.base), (-1.0, 1.0));
     let turned = m.transform.apply(etendue::math::vec2(1.0, 0.0));
     assert!((turned.x - 0.25).abs() < 1e-6 && (turned.y - 2.5).abs() < 1e-6, "{turned}");
     let u = material.opacity.texture.as_ref().unwrap();
-    assert_eq!((u.transfer, u.mapping.channel, u.mapping.wrap), (None, Channel::Alpha, [Wrap::Black; 2]));
+    assert_eq!(
+        (u.first_image().unwrap().transfer, u.mapping.channel, u.mapping.wrap),
+        (None, Channel::Alpha, [Wrap::Black; 2])
+    );
     let emission = material.emission.as_ref().unwrap();
-    assert_eq!(emission.radiance.texture.as_ref().unwrap().file.value.as_path(), Path::new("e.exr"));
+    assert_eq!(
+        emission.radiance.texture.as_ref().unwrap().first_image().unwrap().file.value.as_path(),
+        Path::new("e.exr")
+    );
+}
+
+/// The texture `t` of a scene.
+fn texture(scene: &SceneDescription) -> TextureRecord {
+    let Scattering::Diffuse { reflectance, .. } = &scene.materials[0].material.scattering else { panic!() };
+    reflectance.texture.clone().unwrap()
+}
+
+#[test]
+fn patterns() {
+    for name in ["image", "checker", "grid", "noise", "wood", "marble", "gradient", "mix", "multiply", "vertex-color"] {
+        let texture = texture(&all_keys("[textures.NAME]", "[textures.t]", "type", name, &[]));
+        assert_eq!(texture.pattern.name(), name);
+        assert_eq!((texture.mapping.channel, texture.mapping.gain, texture.mapping.base), (Channel::Green, 0.5, 0.5));
+        let placed = !["mix", "multiply", "vertex-color"].contains(&name);
+        assert_eq!(texture.mapping.transform, if placed { transform() } else { UvTransform::default() }, "{name}");
+        match texture.pattern {
+            Pattern::Procedure { procedure, coordinates, colors: [first, second] } => {
+                assert_eq!(coordinates, Coordinates::Uv);
+                assert_eq!(first, Spectrum([0.25, 0.5, 0.125]).into());
+                assert_eq!((second.factor, second.texture.unwrap().pattern.name()), (Spectrum::splat(0.5), "checker"));
+                let (axis, distortion, seed) = (Vec3::Z, 0.25, 9);
+                let expected = match procedure {
+                    Procedure::Checker(_) => Procedure::Checker(Checker),
+                    Procedure::Grid(_) => Procedure::Grid(Grid { width: 0.25 }),
+                    Procedure::Noise(_) => {
+                        Procedure::Noise(Noise { octaves: 7, roughness: 0.25, turbulence: true, seed })
+                    }
+                    Procedure::Wood(_) => Procedure::Wood(Wood { axis, distortion, seed }),
+                    Procedure::Marble(_) => Procedure::Marble(Marble { axis, distortion, seed }),
+                };
+                assert_eq!(procedure, expected);
+            }
+            Pattern::Gradient(gradient) => {
+                assert_eq!((gradient.from, gradient.to), (Vec3::new(0.25, 0.0, 0.0), Vec3::new(1.0, 1.0, 0.0)));
+                let stops: Vec<_> = gradient.stops.iter().map(|stop| (stop.at, stop.color)).collect();
+                assert_eq!(stops, [(0.0, Spectrum::splat(0.5)), (0.75, Spectrum([1.0, 0.0, 0.0]))]);
+                assert!(gradient.radial);
+            }
+            Pattern::Mix { colors, weight } => {
+                assert!(weight.texture.is_some() && colors[1].texture.is_some());
+            }
+            Pattern::Multiply(colors) => assert!(colors[1].texture.is_some()),
+            Pattern::Image(_) | Pattern::VertexColor => {}
+        }
+    }
+    let solid = read(
+        "[materials.m]\ntype = \"diffuse\"\nreflectance = { texture = \"t\" }\n\
+         [textures.t]\ntype = \"checker\"\ncoordinates = \"object\"\nscale = [1, 2, 3]\noffset = 0.5",
+    );
+    let Pattern::Procedure { coordinates, .. } = texture(&solid).pattern else { panic!() };
+    let (scale, offset) = (Vec3::new(1.0, 2.0, 3.0), Vec3::splat(0.5));
+    assert_eq!(coordinates, Coordinates::Object { scale, offset });
+}
+
+fn transform() -> UvTransform {
+    UvTransform::new([2.0, 4.0], 30.0, [2.0, 4.0])
 }
 
 #[test]
 fn objects() {
     for (name, left_out) in [
-        ("mesh", &["file", "crease_angle"][..]),
-        ("mesh", &["mesh"]),
+        ("mesh", &["file", "crease_angle", "materials"][..]),
+        ("mesh", &["mesh", "materials"]),
         ("sphere", &[]),
         ("rectangle", &["size"]),
         ("rectangle", &["corner", "u", "v"]),
@@ -395,6 +496,9 @@ fn objects() {
         assert_eq!(object.transform.len(), 2);
         assert_eq!(object.material.as_ref().unwrap().value, "m");
     }
+    let scene = all_keys("[[objects]]", "[[objects]]", "shape", "mesh", &["mesh", "material"]);
+    let [of_file, of_scene] = &scene.objects[0].materials[0];
+    assert_eq!((&of_file.value[..], &of_scene.value[..]), ("of the file", "m"));
     let scene = read("[[objects]]\nshape = \"box\"\nsize = 2\n[[objects]]\nshape = \"box\"\nsize = [1, 2, 3]");
     assert!(matches!(scene.objects[0].shape, ShapeRecord::Box { max, .. } if max == DVec3::ONE));
     assert!(matches!(scene.objects[1].shape, ShapeRecord::Box { max, .. } if max == DVec3::new(0.5, 1.0, 1.5)));

@@ -8,11 +8,11 @@ use etendue::{
     math::DVec3,
     scene::Mesh,
     spectrum::Spectrum,
-    texture::Mapping,
+    texture::{Mapping, Pattern},
 };
 use etendue_scene::{
     Diagnostics, SourceMap, Span,
-    description::{Located, TextureRecord},
+    description::{ImageRecord, Located, TextureRecord},
     mesh_file::{self, Group, MeshFile, MeshLimits, NamedMaterial, Sphere},
     mesh_output::{MeshOutputFormat, write_mesh},
     output::{EncodeError, WriteError},
@@ -43,9 +43,20 @@ fn corners(mesh: &Mesh) -> Vec<Vec<u32>> {
         let mut all = bits(&mesh.positions[i]);
         all.extend(mesh.normals.iter().flat_map(|n| bits(&n[i])));
         all.extend(mesh.uvs.iter().flat_map(|t| bits(&t[i])));
+        all.extend(mesh.colors.iter().flat_map(|c| bits(&c[i])));
         all
     };
     mesh.indices.iter().flatten().map(corner).collect()
+}
+
+/// A colour of 8 bits for a position, the same for the same one.
+fn colour(position: [f32; 3]) -> [f32; 4] {
+    let [x, y, z] = position.map(|c| ((c + 0.0).to_bits() >> 11) as u8);
+    let linear = |byte: u8| {
+        let v = f64::from(byte) / 255.0;
+        (if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }) as f32
+    };
+    [linear(x), linear(y), linear(z), if x > 127 { 1.0 } else { f32::from(y) / 255.0 }]
 }
 
 fn mesh() -> impl Strategy<Value = Mesh> {
@@ -59,7 +70,7 @@ fn mesh() -> impl Strategy<Value = Mesh> {
     let normal = (-1.0f64..1.0, -1.0f64..1.0, 0.1f64..1.0)
         .prop_map(|(x, y, z)| DVec3::new(x, y, z).normalize().as_vec3().to_array());
     let vertices = prop::collection::vec(([number(), number(), number()], normal, [number(), number()]), 3..20);
-    (vertices, any::<[bool; 2]>()).prop_flat_map(|(vertices, [normals, uvs])| {
+    (vertices, any::<[bool; 3]>()).prop_flat_map(|(vertices, [normals, uvs, colors])| {
         let count = vertices.len() as u32;
         let face = (0..count, 0..count - 1, 0..count - 2).prop_map(move |(a, i, j)| {
             let b = (a + 1 + i) % count;
@@ -71,6 +82,7 @@ fn mesh() -> impl Strategy<Value = Mesh> {
             indices: indices.into(),
             normals: normals.then(|| vertices.iter().map(|v| v.1).collect()),
             uvs: uvs.then(|| vertices.iter().map(|v| v.2).collect()),
+            colors: colors.then(|| vertices.iter().map(|v| colour(v.0)).collect()),
             face_materials: None,
         })
     })
@@ -91,7 +103,7 @@ proptest! {
             prop_assert_eq!(corners(&back.mesh), corners(&file.mesh), "{:?}", format);
         }
         // STL keeps positions alone, and drops faces whose corners have become one.
-        let flat = Mesh { normals: None, uvs: None, ..file.mesh.clone() };
+        let flat = Mesh { normals: None, uvs: None, colors: None, ..file.mesh.clone() };
         let different = |face: &&[u32; 3]| {
             let [a, b, c] = face.map(|i| flat.positions[i as usize]);
             a != b && b != c && c != a
@@ -114,6 +126,7 @@ fn meshes_far_away_keep_their_detail() {
         indices: [[0, 1, 2], [1, 3, 2]].into(),
         normals: None,
         uvs: None,
+        colors: None,
         face_materials: None,
     };
     let file = MeshFile::of_mesh(mesh, Diagnostics::new());
@@ -194,6 +207,7 @@ fn materials_groups_and_spheres_come_back() {
         indices: (0..count).map(|i| [i, i + 1, i + 2]).collect(),
         normals: None,
         uvs: None,
+        colors: None,
         face_materials: Some((0..count).collect()),
     };
     let spheres = vec![
@@ -246,8 +260,10 @@ fn textures_are_named_from_the_new_place() {
     fs::create_dir(folder.path().join("out")).unwrap();
     let origin = Span::new(SourceMap::new().insert("x", vec![]).unwrap(), 0..0).into();
     let texture = TextureRecord {
-        file: Located { value: "maps/wood 1.png".into(), origin },
-        transfer: None,
+        pattern: Pattern::Image(ImageRecord {
+            file: Located { value: "maps/wood 1.png".into(), origin },
+            transfer: None,
+        }),
         mapping: Mapping::default(),
     };
     let white = Scattering::Diffuse { reflectance: Spectrum::ONE, transmittance: Spectrum::BLACK };

@@ -11,13 +11,13 @@ use crate::{
     exit::{Exit, Failure},
     model, report,
 };
-use etendue_scene::{mesh_file::unknown_kind, not_read_yet};
+use etendue_scene::{mesh_file::unknown_kind, not_read_yet, script::is_script};
 use serde::Serialize;
 
 /// Tells of the file, as the arguments say.
 pub fn run(args: &InfoArgs) -> Result<Exit, Failure> {
     let path = &args.file;
-    let is_scene = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    let is_scene = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) || is_script(path);
     if is_scene {
         return print(&scene::read(path)?, args.json);
     }

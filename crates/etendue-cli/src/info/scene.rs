@@ -7,14 +7,13 @@ use super::{
 };
 use crate::{
     exit::{Exit, Failure},
-    load::read_failure,
-    report,
+    report, scene_input,
 };
 use etendue::{
     math::DVec3,
     scene::{Environment, SceneParts, Shape},
 };
-use etendue_scene::{Input, Limits, SourceMap, build, import::Import, read_scene};
+use etendue_scene::{Input, Limits, SourceMap, build_with, import::Import};
 use serde::Serialize;
 use std::path::Path;
 
@@ -85,13 +84,11 @@ impl ImportEntry {
 pub fn read(path: &Path) -> Result<SceneInfo, Failure> {
     let limits = Limits::default();
     let mut sources = SourceMap::new();
-    let (description, mut found) = read_scene(path, &mut sources, &limits).map_err(read_failure)?;
-    let refused = |found: &etendue_scene::Diagnostics, sources: &SourceMap| {
-        report::diagnostics(found, sources);
-        Failure::reported(Exit::of(found))
-    };
-    let description = description.ok_or_else(|| refused(&found, &sources))?;
-    let input = build(&description, &mut sources, &limits).map_err(|found| refused(&found, &sources))?;
+    let scene_input::SceneInput { description, meshes, mut found } = scene_input::read(path, &mut sources, &limits)?;
+    let input = build_with(&description, &mut sources, &limits, meshes).map_err(|found| {
+        report::diagnostics(&found, &sources);
+        Failure::reported(Exit::of(&found))
+    })?;
     found.append(input.findings.clone());
     let Input { parts, .. } = &input;
     let textures: Vec<_> = input.textures.iter().map(TextureEntry::new).collect();

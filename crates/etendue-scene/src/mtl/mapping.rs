@@ -25,10 +25,10 @@ pub const MIRROR: f32 = 1000.0;
 pub const DEFAULT_EXPONENT: f32 = 10.0;
 pub const DEFAULT_IOR: f32 = 1.5;
 /// Height of white in bump maps, in the units of the file.
-const BUMP_HEIGHT: f32 = 0.01;
+pub const BUMP_HEIGHT: f32 = 0.01;
 
 /// Names that the old renderer knows.
-const LAMP: &str = "AreaLightSource";
+pub const LAMP: &str = "AreaLightSource";
 const MEDIA: [&str; 2] = ["GlobalScatter", "global_scatter"];
 
 /// The material; `note` is told what was approximated.
@@ -126,7 +126,8 @@ fn emission(record: &Record, note: Note) -> Option<Emission<TextureRecord>> {
     (!is_black(&radiance)).then_some(Emission { radiance, two_sided: true })
 }
 
-fn lamp(record: &Record, note: Note) -> Option<Emission<TextureRecord>> {
+/// What a light source of the old renderer emits.
+pub fn lamp(record: &Record, note: Note) -> Option<Emission<TextureRecord>> {
     note(Ignored::LampByName, Key::Diffuse);
     let textured = record.map(Key::MapDiffuse).is_some();
     let radiance = Parameter {

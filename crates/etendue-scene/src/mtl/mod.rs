@@ -42,7 +42,7 @@
 //! [`Phong`](etendue::material::Scattering::Phong): `Kd`, `Ks` with `Ns`, diffuse transmission `Td`, glossy transmission `Ts`
 //! with `Nst`, index `n`; exponents from 1000 on are mirrors and clear refraction without Fresnel's equations. `Tr` says only
 //! whether `Td` and `Ts` count. `texture FILE [Kd] [Ks] [Td] [Ts]` multiplies the colours named. In any file the material
-//! `AreaLightSource` emits its `Kd`; `GlobalScatter` and `scatter` stand for a medium, which is not rendered.
+//! `AreaLightSource` emits its `Kd`; `GlobalScatter` stands for a medium, which a [script](crate::script) fills the world with.
 //!
 //! Colours are linear Rec. 709; one number is grey. `Kd spectral ...` and `Kd xyz ...` are not read. Colours above 1 and
 //! below 0 are clamped with a warning, as are other numbers out of their range. Lobes that add up to more than 1 are scaled
@@ -54,6 +54,7 @@ mod findings;
 mod keys;
 mod map;
 mod mapping;
+mod old;
 mod principled;
 mod record;
 
@@ -65,6 +66,7 @@ use crate::{
 };
 use findings::Ignored;
 use keys::{Key, Kind};
+pub(crate) use old::{OldMaterial, OldUse};
 use record::{Record, Value};
 use std::{collections::BTreeMap, ops::Range};
 
@@ -95,6 +97,15 @@ struct Parser<'a> {
 
 /// Reads a material library.
 pub fn read(bytes: &[u8], file: FileId) -> MaterialLibrary {
+    parse(bytes, file).finish()
+}
+
+/// Reads a material library as the older renderer did, whatever its keys; what is wrong with it [`read`] tells.
+pub(crate) fn read_old(bytes: &[u8], file: FileId) -> Vec<OldMaterial> {
+    parse(bytes, file).records.iter().map(|record| OldMaterial::new(record, file)).collect()
+}
+
+fn parse(bytes: &[u8], file: FileId) -> Parser<'_> {
     let mut parser = Parser {
         cursor: Cursor::new(bytes),
         file,
@@ -107,7 +118,7 @@ pub fn read(bytes: &[u8], file: FileId) -> MaterialLibrary {
         parser.statement();
         parser.cursor.next_line();
     }
-    parser.finish()
+    parser
 }
 
 impl Parser<'_> {

@@ -45,6 +45,8 @@ pub static FILE: Section = Section {
         all("integrator"),
         all("accelerator"),
         all("environment"),
+        all("media"),
+        all("world"),
         all("textures"),
         all("materials"),
         all("meshes"),
@@ -142,18 +144,75 @@ pub static ENVIRONMENT: Section = Section {
     ],
 };
 
+/// What fills space outside of bodies.
+pub static WORLD: Section = Section { name: "[world]", keys: &[all("medium")] };
+
+/// What fills space.
+pub static MEDIUM: Section = Section {
+    name: "[media.NAME]",
+    keys: &[
+        all("absorption"),
+        all("scattering"),
+        all("extinction"),
+        all("mean_free_path"),
+        all("albedo"),
+        all("color"),
+        all("at_distance"),
+        all("preset"),
+        all("emission"),
+        all("phase"),
+        all("density"),
+    ],
+};
+
+/// Where scattered light goes.
+pub static PHASE: Section =
+    Section { name: "phase", keys: &[all("type"), of("g", &["henyey-greenstein"]), all("weight")] };
+
+/// Density that varies.
+pub static DENSITY: Section = Section {
+    name: "density",
+    keys: &[
+        all("file"),
+        all("min"),
+        all("max"),
+        all("transform"),
+        all("scale"),
+        all("axes"),
+        all("size"),
+        all("sample"),
+        all("byte_order"),
+    ],
+};
+
+/// Types of materials whose surface is seen.
+const SEEN: &[&str] = &[
+    "diffuse",
+    "mirror",
+    "glass",
+    "rough-metal",
+    "rough-glass",
+    "brushed-metal",
+    "mtl",
+    "phong",
+    "principled",
+    "black",
+];
+
 /// A material.
 pub static MATERIAL: Section = Section {
     name: "[materials.NAME]",
     keys: &[
         all("type"),
-        all("emission"),
-        all("opacity"),
-        all("bump"),
-        all("normal_map"),
-        all("normal_scale"),
-        all("normal_y"),
-        all("tangent"),
+        all("interior"),
+        all("priority"),
+        of("emission", SEEN),
+        of("opacity", SEEN),
+        of("bump", SEEN),
+        of("normal_map", SEEN),
+        of("normal_scale", SEEN),
+        of("normal_y", SEEN),
+        of("tangent", SEEN),
         of("reflectance", &["diffuse", "mirror", "brushed-metal"]),
         of("transmittance", &["diffuse"]),
         of("ior", &["glass", "rough-glass", "mtl", "phong", "principled"]),
@@ -268,6 +327,7 @@ pub static OBJECT: Section = Section {
         all("shape"),
         all("name"),
         all("material"),
+        of("materials", &["mesh"]),
         all("transform"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),
@@ -312,7 +372,7 @@ pub static LIGHT: Section = Section {
 };
 
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 21] = [
+pub static SECTIONS: [&Section; 25] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -321,6 +381,10 @@ pub static SECTIONS: [&Section; 21] = [
     &INTEGRATOR,
     &ACCELERATOR,
     &ENVIRONMENT,
+    &WORLD,
+    &MEDIUM,
+    &PHASE,
+    &DENSITY,
     &TEXTURE,
     &STOP,
     &MATERIAL,

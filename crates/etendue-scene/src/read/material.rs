@@ -5,7 +5,7 @@ use super::{
     keys, tangent, texture,
     values::Bounds,
 };
-use crate::{description::TextureRecord, diagnostic::Diagnostic, value::Data};
+use crate::{Origin, description::TextureRecord, diagnostic::Diagnostic, value::Data};
 use etendue::{
     bsdf::{GrooveForm, MIRROR_EXPONENT, PhongLobes, PrincipledParameters, metals},
     material::{Color, Emission, Material, Number, Relief, Scattering},
@@ -27,6 +27,9 @@ const ANGLE: Bounds = Bounds::within(-3600.0, 3600.0);
 /// Heights of bumps, metres, and factors of normals.
 const RELIEF: Bounds = Bounds::within(-1e6, 1e6);
 
+/// Largest magnitude of a priority.
+pub const PRIORITY: i64 = 1_000_000;
+
 /// Grey, for objects without a material.
 pub fn default_material<T>() -> Material<T> {
     Material::new("", Scattering::Diffuse { reflectance: Spectrum::splat(0.5), transmittance: Spectrum::BLACK })
@@ -44,9 +47,10 @@ enum Kind {
     Phong,
     Principled,
     Black,
+    Boundary,
 }
 
-const KINDS: [(&str, Kind); 10] = [
+const KINDS: [(&str, Kind); 11] = [
     ("diffuse", Kind::Diffuse),
     ("mirror", Kind::Mirror),
     ("glass", Kind::Glass),
@@ -57,26 +61,37 @@ const KINDS: [(&str, Kind); 10] = [
     ("phong", Kind::Phong),
     ("principled", Kind::Principled),
     ("black", Kind::Black),
+    ("boundary", Kind::Boundary),
 ];
 
-/// A material; what could not be read has been reported and is replaced by something.
-pub fn material(item: Item, name: &str) -> Material<TextureRecord> {
+/// A material, and where the name of its interior is; what could not be read has been reported and is replaced by something.
+pub fn material(item: Item, name: &str) -> (Material<TextureRecord>, Option<Origin>) {
     let mut material = default_material();
     material.name = name.to_owned();
-    let Some(mut fields) = item.table(&keys::MATERIAL, "[materials.NAME]") else { return material };
-    if let Some(kind) = fields.variant("type", &KINDS, None) {
+    let Some(mut fields) = item.table(&keys::MATERIAL, "[materials.NAME]") else { return (material, None) };
+    let kind = fields.variant("type", &KINDS, None);
+    if let Some(kind) = kind {
         material.scattering = scattering(&fields, kind).unwrap_or(material.scattering);
     }
+    material.interior = fields.read("interior", |i| i.name_text()).map(str::to_owned);
+    material.priority = fields.read("priority", |i| i.integer(-PRIORITY, PRIORITY)).map(|priority| priority as i32);
     material.emission = fields.read("emission", emission);
     material.opacity = fields.read("opacity", |i| texture::number(i, Bounds::UNIT)).unwrap_or(1.0.into());
+    if let Some(Kind::Boundary) = kind {
+        material.opacity = 0.0.into();
+        if material.interior.is_none() && material.priority.is_none() {
+            fields.lacks("`interior`, the medium that it bounds");
+        }
+    }
     material.relief = relief(&fields);
     material.tangent = fields.read("tangent", tangent::tangent).unwrap_or_default();
     if let Err(error) = material.validate() {
         let origin = fields.key_origin(error.parameter()).unwrap_or(fields.origin);
         item.cx.push(Diagnostic::error(error.to_string()).at(origin.clone()));
     }
+    let interior = fields.get("interior").map(|item| item.value.origin.clone());
     fields.finish();
-    material
+    (material, interior)
 }
 
 fn relief(fields: &Fields) -> Option<Relief<TextureRecord>> {
@@ -150,7 +165,7 @@ fn scattering(fields: &Fields, kind: Kind) -> Option<Surface> {
         },
         Kind::Phong => Scattering::Phong(phong(fields)),
         Kind::Principled => Scattering::Principled(principled(fields)),
-        Kind::Black => Scattering::Black,
+        Kind::Black | Kind::Boundary => Scattering::Black,
     })
 }
 

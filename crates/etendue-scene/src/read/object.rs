@@ -9,7 +9,7 @@ use crate::{
     Diagnostic,
     description::{Located, MeshSource, ObjectRecord, ShapeRecord, Step},
     positions::localise,
-    value::Data,
+    value::{Data, Entry},
 };
 use etendue::{math::DVec3, scene::Mesh, spectrum::Spectrum};
 use std::{path::PathBuf, sync::Arc};
@@ -21,7 +21,8 @@ fn located<T>(item: Item, value: T) -> Located<T> {
     Located { value, origin: item.value.origin.clone() }
 }
 
-fn path(item: Item) -> Option<Located<PathBuf>> {
+/// A file name.
+pub fn path(item: Item) -> Option<Located<PathBuf>> {
     let text = item.name_text()?;
     if text.contains('\0') {
         return item.error("a file name cannot hold a NUL character", "expected a file name");
@@ -29,7 +30,8 @@ fn path(item: Item) -> Option<Located<PathBuf>> {
     Some(located(item, PathBuf::from(text)))
 }
 
-fn name(item: Item) -> Option<Located<String>> {
+/// A name of something.
+pub fn name(item: Item) -> Option<Located<String>> {
     item.name_text().map(|text| located(item, text.to_owned()))
 }
 
@@ -198,15 +200,32 @@ pub fn object(item: Item) -> Option<ObjectRecord> {
     let is_mesh = fields.key_origin("mesh").is_some() || fields.key_origin("file").is_some();
     let kind = fields.variant("shape", &KINDS, is_mesh.then_some("mesh"));
     let shape = kind.and_then(|kind| shape(&fields, kind));
+    fields.exclusive("material", "materials");
     let record = ObjectRecord {
         name: fields.read("name", name),
         shape: shape.unwrap_or(ShapeRecord::Sphere { center: DVec3::ZERO, radius: 1.0 }),
         material: fields.read("material", name),
+        materials: match kind {
+            Some(Kind::Mesh) => fields.read("materials", materials).unwrap_or_default(),
+            _ => Vec::new(),
+        },
         transform: fields.read("transform", transform).unwrap_or_default(),
         origin: fields.origin.clone(),
     };
     fields.finish();
     Some(record)
+}
+
+/// Names of a file's materials, and what stands in their places.
+fn materials(item: Item) -> Option<Vec<[Located<String>; 2]>> {
+    let Data::Table(entries) = &item.value.data else {
+        return item.wrong_kind_help("a table of names", "{ \"of the file\" = \"of this scene\" }");
+    };
+    let pair = |entry: &Entry| {
+        let by = Item { cx: item.cx, name: &entry.key, value: &entry.value };
+        Some([Located { value: entry.key.clone(), origin: entry.origin.clone() }, name(by)?])
+    };
+    Some(entries.iter().filter_map(pair).collect())
 }
 
 fn shape(fields: &Fields, kind: Kind) -> Option<ShapeRecord> {
@@ -274,7 +293,7 @@ fn cuboid(fields: &Fields) -> Option<ShapeRecord> {
 }
 
 /// Steps in order: an array of tables, or one table.
-fn transform(item: Item) -> Option<Vec<Located<Step>>> {
+pub fn transform(item: Item) -> Option<Vec<Located<Step>>> {
     const HOW: &str = "[{ scale = 2 }, { translate = [1, 2, 3] }]";
     const MAX_STEPS: usize = 1000;
     if matches!(item.value.data, Data::Table(_)) {

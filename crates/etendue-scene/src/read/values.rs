@@ -51,7 +51,8 @@ impl Bounds {
         Self { high_open: true, ..self }
     }
 
-    fn holds(&self, x: f64) -> bool {
+    /// True if it is within.
+    pub fn holds(&self, x: f64) -> bool {
         (x > self.low || (x == self.low && !self.low_open)) && (x < self.high || (x == self.high && !self.high_open))
     }
 }

@@ -12,10 +12,14 @@ pub use kinds::{Kind, kind};
 use serde_json::{Map, Value, json};
 
 /// Keys that a table cannot be without, whatever its type.
-const REQUIRED: [(&str, &str); 11] = [
+const REQUIRED: [(&str, &str); 15] = [
     ("the scene file", "camera"),
     ("[camera]", "position"),
     ("film.filter", "type"),
+    ("[world]", "medium"),
+    ("density", "file"),
+    ("density", "min"),
+    ("density", "max"),
     ("a stop", "at"),
     ("a stop", "color"),
     ("[materials.NAME]", "type"),
@@ -120,6 +124,7 @@ fn schema_of(kind: &Kind) -> Value {
         }
         Kind::Table(section) => reference(section),
         Kind::Named(section) => json!({ "type": "object", "additionalProperties": reference(section) }),
+        Kind::Names => json!({ "type": "object", "additionalProperties": schema_of(&Kind::Name) }),
         Kind::Any(kinds) => json!({ "anyOf": kinds.iter().map(schema_of).collect::<Vec<_>>() }),
     }
 }

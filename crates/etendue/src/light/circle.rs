@@ -12,7 +12,7 @@ use crate::{
     math::{DVec3, Frame, Vec3},
     sampling::CosinePower,
 };
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// A circle of directions from a point, world space.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,8 +28,10 @@ pub struct LightCircle {
     tilts: CosinePower,
 }
 
-/// Below this share of the lobe a light is not sampled: differences of masses have no more digits.
-const LEAST_MASS: f64 = 1e-12;
+/// Below this share of the lobe an arc is not sampled: differences of masses have no more digits.
+const LEAST_MASS: f64 = 1e-10;
+/// On arcs where the density's logarithm changes by less, the density is taken as even: it is, to the square of this over 24.
+const EVEN: f64 = 1e-3;
 
 impl LightCircle {
     /// The `circle` of the local `frame` at a point.
@@ -44,7 +46,7 @@ impl LightCircle {
 
     /// The unit vector at `phi` radians.
     #[inline]
-    pub(super) fn direction(&self, phi: f64) -> DVec3 {
+    pub fn direction(&self, phi: f64) -> DVec3 {
         let [x, y, z] = self.axes;
         let (sin, cos) = libm::sincos(phi);
         (x * cos + z * sin) * self.radius + y * self.along
@@ -70,16 +72,27 @@ impl LightCircle {
         self.tilts.density(sin * sin)
     }
 
-    /// The density's integral over the arcs; 0 where there is too little of it to be sampled.
+    /// The density's integral over the arcs, without those that have too little of it to be sampled.
     pub(super) fn mass(&self, arcs: &Arcs) -> f64 {
-        let mass: f64 = arcs.iter().map(|&arc| self.mass_of(arc)).sum();
-        if mass >= LEAST_MASS { mass } else { 0.0 }
+        arcs.iter().map(|&arc| self.mass_of(arc)).sum()
     }
 
     #[inline]
     fn mass_of(&self, arc: [f64; 2]) -> f64 {
+        if self.is_even(arc) {
+            return (arc[1] - arc[0]) * self.density(0.5 * (arc[0] + arc[1]));
+        }
         let [from, to] = arc.map(|phi| self.tilts.mass(0.5 * (phi - self.mirror)));
-        (to - from).max(0.0)
+        if to - from >= LEAST_MASS { to - from } else { 0.0 }
+    }
+
+    /// True where the density is nearly the same all along: arcs so small that masses would cancel.
+    #[inline]
+    fn is_even(&self, [from, to]: [f64; 2]) -> bool {
+        let width = 0.5 * (to - from);
+        let tilt = 0.5 * (from - self.mirror).abs().max((to - self.mirror).abs());
+        // The logarithm's slope is k tan(tilt), and tan(x) <= x (pi/2) / (pi/2 - x).
+        tilt < FRAC_PI_2 && width * (1.0 + self.tilts.exponent() * tilt * FRAC_PI_2 / (FRAC_PI_2 - tilt)) < EVEN
     }
 
     /// The angle on the arcs below which there is the share `u` of their `mass`.
@@ -92,6 +105,9 @@ impl LightCircle {
                 continue;
             }
             last = Some(arc);
+            if left < own && self.is_even(arc) {
+                return Some((arc[0] + left / own * (arc[1] - arc[0])).min(arc[1]));
+            }
             if left < own {
                 let from = self.tilts.mass(0.5 * (arc[0] - self.mirror));
                 let phi = self.mirror + 2.0 * self.tilts.angle(from + left);

@@ -27,6 +27,16 @@ pub enum MaterialError {
         /// Most that it may be; infinite for any finite number.
         max: f32,
     },
+    /// A number that must be the same everywhere has a texture.
+    #[error(
+        "material `{material}`: `{parameter}` is that of the whole body where there is a priority, and cannot have a texture"
+    )]
+    Textured {
+        /// The material's name.
+        material: String,
+        /// The parameter, by the name of its field.
+        parameter: &'static str,
+    },
     /// Albedos that share the light sum to more than 1.
     #[error("material `{material}`: `{parameters}` sum to {sum} in one channel, which is more light than arrives")]
     CreatesEnergy {
@@ -43,7 +53,7 @@ impl MaterialError {
     /// The name of the field that is wrong; where several are, the first.
     pub fn parameter(&self) -> &'static str {
         match self {
-            Self::OutOfRange { parameter, .. } => parameter,
+            Self::OutOfRange { parameter, .. } | Self::Textured { parameter, .. } => parameter,
             Self::CreatesEnergy { parameters, .. } => parameters.split(' ').next().unwrap_or(parameters),
         }
     }
@@ -101,6 +111,9 @@ impl<T> Material<T> {
         }
         if let Some(Emission { radiance, .. }) = &self.emission {
             check.color("radiance", radiance.factor, 0.0..=f32::INFINITY)?;
+        }
+        if self.priority.is_some() && self.scattering.ior().is_some_and(|ior| ior.texture.is_some()) {
+            return Err(MaterialError::Textured { material: self.name.clone(), parameter: "ior" });
         }
         number("opacity", UNIT, &self.opacity)?;
         number("tangent", ANGLE, &self.tangent.rotation)?;

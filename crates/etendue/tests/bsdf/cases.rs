@@ -1,7 +1,7 @@
 //! The list of parameter sets that the generic tests run over.
 
 use etendue::{
-    bsdf::{Bsdf, PhongLobes, PrincipledParameters, metals},
+    bsdf::{Bsdf, GrooveForm, PhongLobes, PrincipledParameters, metals},
     material::{Material, Scattering},
     math::{Vec3, vec3},
     spectrum::Spectrum,
@@ -26,6 +26,7 @@ kinds!(
     Bsdf::Glass(_),
     Bsdf::RoughMetal(_),
     Bsdf::RoughGlass(_),
+    Bsdf::BrushedMetal(_),
     Bsdf::Mtl(_),
     Bsdf::Phong(_),
     Bsdf::Principled(_),
@@ -152,6 +153,15 @@ pub fn cases() -> Vec<Case> {
         ("black", mtl(black, black, 0.3, black, 1.0), false),
     ] {
         cases.push(Case::new(format!("mtl {name}"), scattering, lossless));
+    }
+    for (exponent, form, lossless) in [
+        (20.0, GrooveForm::Reciprocal, false),
+        (0.0, GrooveForm::Reciprocal, false),
+        (3.0, GrooveForm::Normalised, true),
+        (1e9, GrooveForm::Normalised, true),
+    ] {
+        let scattering = Scattering::BrushedMetal { reflectance: one, exponent, form };
+        cases.push(Case::new(format!("brushed metal {exponent} {}", form.name()), scattering, lossless));
     }
     phong_cases(&mut cases);
     principled_cases(&mut cases);

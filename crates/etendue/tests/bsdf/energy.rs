@@ -71,8 +71,10 @@ fn albedo_is_what_is_scattered_along_the_normal() {
     for case in cases() {
         let albedo = case.bsdf.albedo();
         assert!(albedo.min_component() >= 0.0 && albedo.max_component() <= 1.0 + 1e-6, "{}: {albedo:?}", case.name);
-        let exact =
-            !matches!(case.bsdf, Bsdf::RoughGlass(_) | Bsdf::RoughMetal(_) | Bsdf::Mtl(_) | Bsdf::Principled(_));
+        let exact = !matches!(
+            case.bsdf,
+            Bsdf::RoughGlass(_) | Bsdf::RoughMetal(_) | Bsdf::BrushedMetal(_) | Bsdf::Mtl(_) | Bsdf::Principled(_)
+        );
         let mut rng = Rng::new(6);
         let seen = seen_in_furnace(&case, Vec3::Z, 10_000, &mut rng);
         for (c, seen) in seen.iter().enumerate() {

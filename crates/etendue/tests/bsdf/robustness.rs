@@ -2,7 +2,7 @@
 
 use crate::cases::{cases, random_direction};
 use etendue::{
-    bsdf::{Bsdf, BsdfEval, Density, PhongLobes, PrincipledParameters},
+    bsdf::{Bsdf, BsdfEval, Density, GrooveForm, PhongLobes, PrincipledParameters},
     material::{Material, Scattering},
     math::{Vec3, vec3},
     spectrum::Spectrum,
@@ -90,6 +90,22 @@ fn extreme_material(rng: &mut Rng) -> Scattering {
                 sheen_roughness: unit(),
             })
         }
+    }
+}
+
+#[test]
+fn nothing_breaks_in_extreme_grooves() {
+    let mut rng = Rng::new(15);
+    for _ in 0..100_000 {
+        let form = GrooveForm::ALL[rng.u32() as usize % 2];
+        let (reflectance, exponent) = (extreme_color(&mut rng), extreme_exponent(&mut rng));
+        let scattering = Scattering::BrushedMetal { reflectance, exponent, form };
+        let (wo, wi) = (extreme_direction(&mut rng), extreme_direction(&mut rng));
+        let u = [extreme_number(&mut rng), extreme_number(&mut rng)];
+        check(&scattering.bsdf(), wo, wi, extreme_number(&mut rng), u, &scattering);
+        let Some(circle) = scattering.bsdf().circle(wo) else { continue };
+        let BsdfEval { value, pdf } = circle.eval(f64::from(extreme_number(&mut rng)) * 4.0);
+        assert!(value.is_finite() && value.min_component() >= 0.0 && pdf.is_finite() && pdf >= 0.0, "{circle:?}");
     }
 }
 

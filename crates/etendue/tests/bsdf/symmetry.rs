@@ -2,7 +2,7 @@
 
 use crate::cases::{cases, draw, outgoing, random_direction};
 use etendue::{
-    bsdf::{BsdfEval, Density, fresnel},
+    bsdf::{Bsdf, BsdfEval, Density, fresnel},
     math::{Vec3, vec3},
 };
 use etendue_testkit::Rng;
@@ -12,7 +12,7 @@ use etendue_testkit::Rng;
 fn continuous_lobes_are_reciprocal() {
     for case in cases() {
         let mut rng = Rng::new(5);
-        let refracts = !matches!(case.bsdf, etendue::bsdf::Bsdf::Diffuse(_));
+        let refracts = !matches!(case.bsdf, Bsdf::Diffuse(_));
         let index2 = |w: Vec3| if refracts { case.index_at(w) * case.index_at(w) } else { 1.0 };
         let mut found = 0;
         for wo in outgoing() {
@@ -78,7 +78,8 @@ fn discrete_lobes_are_reciprocal() {
 #[test]
 fn only_anisotropic_surfaces_know_a_tangent() {
     let mut rng = Rng::new(8);
-    for case in cases() {
+    // Brushed metal has nothing per steradian.
+    for case in cases().iter().filter(|case| !matches!(case.bsdf, Bsdf::BrushedMetal(_))) {
         let mut differ = 0;
         for _ in 0..400 {
             let (wo, wi) = (random_direction(&mut rng), random_direction(&mut rng));

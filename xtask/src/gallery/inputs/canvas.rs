@@ -30,21 +30,45 @@ impl<const N: usize> Canvas<N> {
         }
     }
 
-    /// Lays a line that has a radius at each of its points over the picture: `lay` gets a pixel's value and how much of the pixel
-    /// is covered. Each pixel is touched once for each segment, so `lay` should not darken where segments meet.
-    pub fn line(&mut self, points: &[(DVec2, f64)], lay: impl Fn([f64; N], f64) -> [f64; N]) {
+    /// Lays a line that has a radius at each of its points over the picture: `lay` gets a pixel's value and how much of the line
+    /// is there, which falls from 1 to 0 over a rim of width `soft`. Each pixel is touched once for each segment, so `lay` should
+    /// not darken where segments meet.
+    pub fn line(&mut self, points: &[(DVec2, f64)], soft: f64, lay: impl Fn([f64; N], f64) -> [f64; N]) {
         for pair in points.windows(2) {
             let [(a, ra), (b, rb)] = [pair[0], pair[1]];
-            let reach = ra.max(rb) + 1.0;
+            let reach = ra.max(rb) + soft;
             let (low, high) = (a.min(b) - reach, a.max(b) + reach);
             let along = b - a;
             let length2 = along.length_squared().max(1e-12);
             self.shade_within([low.x, low.y, high.x, high.y], &mut |p, value| {
                 let t = ((p - a).dot(along) / length2).clamp(0.0, 1.0);
-                let cover = (ra + (rb - ra) * t + 0.5 - p.distance(a + along * t)).clamp(0.0, 1.0);
+                let inside = (ra + (rb - ra) * t - p.distance(a + along * t)) / soft;
+                let cover = (inside + 0.5).clamp(0.0, 1.0);
                 if cover > 0.0 { lay(value, cover) } else { value }
             });
         }
+    }
+
+    /// Fills a closed outline: `lay` gets a pixel's middle, its value and how much of the filling is there, which falls from 1 to 0
+    /// over a rim of width `soft`.
+    pub fn fill(&mut self, outline: &[DVec2], soft: f64, lay: impl Fn(DVec2, [f64; N], f64) -> [f64; N]) {
+        let low = outline.iter().copied().fold(DVec2::INFINITY, DVec2::min) - soft;
+        let high = outline.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max) + soft;
+        self.shade_within([low.x, low.y, high.x, high.y], &mut |p, value| {
+            let mut nearest = f64::INFINITY;
+            let mut inside = false;
+            for (i, &a) in outline.iter().enumerate() {
+                let b = outline[(i + 1) % outline.len()];
+                let along = b - a;
+                let t = ((p - a).dot(along) / along.length_squared().max(1e-12)).clamp(0.0, 1.0);
+                nearest = nearest.min(p.distance_squared(a + along * t));
+                inside ^= (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * along.x;
+            }
+            let distance = if inside { nearest.sqrt() } else { -nearest.sqrt() };
+            let t = (distance / soft + 0.5).clamp(0.0, 1.0);
+            let cover = t * t * (3.0 - 2.0 * t);
+            if cover > 0.0 { lay(p, value, cover) } else { value }
+        });
     }
 }
 

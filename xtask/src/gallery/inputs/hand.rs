@@ -1,6 +1,6 @@
 //! Handwriting: letters as curves of a pen, never twice quite the same.
 
-use super::{canvas::Canvas, random::Random};
+use super::{canvas::Canvas, curve::through, random::Random};
 use glam::DVec2;
 
 /// Units of a small letter's height.
@@ -184,24 +184,6 @@ impl Sheet {
             let q = (p - self.corner) * self.scale;
             line.push((DVec2::new(q.x, self.canvas.height as f64 - q.y), radius * self.scale));
         }
-        self.canvas.line(&line, |[bare], cover| [bare.min(1.0 - dark * cover)]);
+        self.canvas.line(&line, 1.0, |[bare], cover| [bare.min(1.0 - dark * cover)]);
     }
-}
-
-/// Points of a Catmull-Rom curve through `points`, eight from each to the next.
-fn through(points: &[DVec2]) -> Vec<DVec2> {
-    let at = |i: isize| points[i.clamp(0, points.len() as isize - 1) as usize];
-    let mut curve = vec![points[0]];
-    for i in 0..points.len() as isize - 1 {
-        let [a, b, c, d] = [at(i - 1), at(i), at(i + 1), at(i + 2)];
-        for step in 1..=8 {
-            let t = f64::from(step) / 8.0;
-            let p = 2.0 * b
-                + (c - a) * t
-                + (2.0 * a - 5.0 * b + 4.0 * c - d) * (t * t)
-                + (3.0 * (b - c) + d - a) * (t * t * t);
-            curve.push(0.5 * p);
-        }
-    }
-    curve
 }

@@ -23,10 +23,28 @@ impl Mesh {
         uses.values().filter(|uses| **uses != [1, 1]).count()
     }
 
-    /// Volume inside, negative if the mesh is inside out.
-    pub fn volume(&self) -> f64 {
-        let corner = |i: u32| self.positions[i as usize];
-        self.triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c)))).sum::<f64>() / 6.0
+    /// Volumes of the pieces that hang together, negative for one that is inside out.
+    pub fn solids(&self) -> Vec<f64> {
+        let mut root: Vec<u32> = (0..self.positions.len() as u32).collect();
+        let find = |root: &mut Vec<u32>, mut i: u32| {
+            while root[i as usize] != i {
+                root[i as usize] = root[root[i as usize] as usize];
+                i = root[i as usize];
+            }
+            i
+        };
+        for t in &self.triangles {
+            for i in 1..3 {
+                let (a, b) = (find(&mut root, t[0]), find(&mut root, t[i]));
+                root[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let mut volumes: BTreeMap<u32, f64> = BTreeMap::new();
+        for t in &self.triangles {
+            let [a, b, c] = t.map(|i| self.positions[i as usize]);
+            *volumes.entry(find(&mut root, t[0])).or_default() += a.dot(b.cross(c)) / 6.0;
+        }
+        volumes.into_values().collect()
     }
 
     /// Lowest and highest corner.
