@@ -30,8 +30,7 @@ fn distances_are_drawn_as_their_density_says() {
             let drawn = Equiangular::new(&along_x(length), Vec3::from(anchor) * stretch).expect("a usable anchor");
             let scale = f64::from(length);
             let chi2 = ChiSquare::new(100_000).interval(
-                0.0,
-                1.0,
+                [0.0, 1.0],
                 |rng: &mut Rng| f64::from(drawn.sample(rng.f32()).expect("a finite distance")) / scale,
                 |x| f64::from(drawn.pdf((x * scale) as f32)) * scale,
             );
@@ -46,8 +45,7 @@ fn so_are_those_without_an_end() {
     for anchor in ANCHORS {
         let drawn = Equiangular::new(&along_x(f32::INFINITY), Vec3::from(anchor)).expect("a usable anchor");
         let chi2 = ChiSquare::new(100_000).interval(
-            0.0,
-            1.0,
+            [0.0, 1.0],
             |rng: &mut Rng| {
                 let t = f64::from(drawn.sample(rng.f32()).expect("a finite distance"));
                 t / (t + 2.0)

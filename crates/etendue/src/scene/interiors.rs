@@ -7,7 +7,7 @@
 use super::{SceneError, SceneParts};
 use crate::{
     material::{Material, Scattering},
-    math::Vec3,
+    math::{DVec3, Vec3},
     medium::Medium,
     spectrum::Spectrum,
     surface::SurfacePoint,
@@ -89,11 +89,11 @@ pub(crate) struct Interiors {
 }
 
 impl Interiors {
-    /// Resolves the names of media.
+    /// Resolves the names of media; `center` is what all positions will be relative to.
     ///
     /// # Errors
     /// When a material or the world names a medium that is not among `parts.media`.
-    pub fn new(parts: &SceneParts) -> Result<Self, SceneError> {
+    pub fn new(parts: &SceneParts, center: DVec3) -> Result<Self, SceneError> {
         let find = |name: &str, user: &dyn Fn() -> String| -> Result<u32, SceneError> {
             let found = parts.media.iter().position(|medium| medium.name == name);
             let index = found.ok_or_else(|| SceneError::Medium { user: user(), name: name.to_owned() })?;
@@ -126,7 +126,8 @@ impl Interiors {
         let has_bodies = boundaries.iter().any(Option::is_some);
         let hides = |b: &Boundary| b.absolute || (b.clear && b.index == 1.0);
         let may_hide = boundaries.iter().flatten().any(hides);
-        Ok(Self { media: parts.media.clone(), kinds, boundaries, world, has_bodies, may_hide })
+        let media = parts.media.iter().map(|medium| medium.relative_to(center)).collect();
+        Ok(Self { media, kinds, boundaries, world, has_bodies, may_hide })
     }
 
     /// True if paths must keep track of where they are.
