@@ -42,7 +42,7 @@ fn camera(figure: u32) -> (Camera, DVec3) {
     let description = description.unwrap_or_else(|| panic!("figure {figure}: {found:?}"));
     let input =
         build(&description, &mut sources, &Limits::default()).unwrap_or_else(|e| panic!("figure {figure}: {e:?}"));
-    assert_eq!(input.film.size[0], input.film.size[1], "the paper's pictures are square");
+    assert_eq!(input.film.resolution[0], input.film.resolution[1], "the paper's pictures are square");
     let settings = input.camera;
     (Camera::new(&settings, [SIDE as u32; 2], DVec3::ZERO).unwrap(), settings.position)
 }
