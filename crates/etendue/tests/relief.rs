@@ -12,7 +12,7 @@ use etendue::{
     math::{DAffine3, DVec3, Vec3, dvec3},
     scene::{DeltaLight, Mesh, Scene, Shape},
     spectrum::Spectrum,
-    texture::{Samples, Texture, TextureImage, Transfer},
+    texture::{Filtering, Samples, Texture, TextureImage, Transfer},
 };
 use etendue_testkit::tiles::{Demands, Replicates, compare};
 use std::{f64::consts::PI, sync::Arc};
@@ -20,7 +20,10 @@ use std::{f64::consts::PI, sync::Arc};
 fn texture(size: u32, channels: usize, texel: impl Fn(u32, u32) -> Vec<f32>) -> Arc<Texture> {
     let samples: Vec<f32> = (0..size * size).flat_map(|i| texel(i % size, i / size)).collect();
     let image = TextureImage::new(size, size, channels, Samples::F32(samples.into()), Transfer::Linear).unwrap();
-    Arc::new(Texture::new(Arc::new(image)))
+    let mut texture = Texture::new(Arc::new(image));
+    // As sharp at a distance as near by.
+    texture.mapping.filtering = Filtering::Bilinear;
+    Arc::new(texture)
 }
 
 /// Height of waves of 32 to a side, over texture coordinates in [0, 1], between -1 and 1.
