@@ -5,6 +5,7 @@ mod meshes;
 mod sky;
 mod textures;
 mod view;
+mod volumes;
 
 use crate::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap,
@@ -103,6 +104,7 @@ pub fn build_with(
         builder.place(number, object);
     }
     let camera = view::camera(&description.camera, description.film.size, &builder.parts);
+    let media = builder.loader.media();
     let environment = description.environment.as_ref().and_then(|record| builder.loader.environment(record));
     let Builder { mut parts, loader, .. } = builder;
     let Loader { mut findings, imports, textures, .. } = loader;
@@ -117,6 +119,8 @@ pub fn build_with(
     findings.sort();
     parts.delta_lights = description.lights.iter().map(|light| light.value).collect();
     parts.environment = environment;
+    parts.media = media;
+    parts.world_medium = description.world_medium.as_ref().map(|name| name.value.clone());
     let film = &description.film;
     Ok(Input {
         parts,

@@ -1,12 +1,17 @@
 //! A scene as it was written down: plain named records, each with its origin. Nothing is built and no file but the scene
 //! file has been read.
 
-use crate::{Origin, sun_position::Moment};
+use crate::{
+    Origin,
+    sun_position::Moment,
+    volume_file::{Axes, RawLayout},
+};
 use etendue::{
     film::Aov,
     integrator::Integrator,
     material::Material,
     math::DVec3,
+    medium::Medium,
     sampling::{Filter, Sampler},
     scene::{DeltaLight, Mesh},
     spectrum::Spectrum,
@@ -42,6 +47,10 @@ pub struct SceneDescription {
     pub accelerator: AcceleratorKind,
     /// Light from all around; absent: black.
     pub environment: Option<EnvironmentRecord>,
+    /// What bodies and the world may be filled with, by name.
+    pub media: Vec<MediumRecord>,
+    /// Name of the medium that fills all space outside of bodies; absent: nothing does.
+    pub world_medium: Option<Located<String>>,
     /// Materials, by name.
     pub materials: Vec<MaterialRecord>,
     /// Shared geometry, by name.
@@ -320,6 +329,36 @@ pub struct MaterialRecord {
     pub interior: Option<Origin>,
     /// Where its name is.
     pub origin: Origin,
+}
+
+/// A medium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MediumRecord {
+    /// The medium, with its name, without a grid.
+    pub medium: Medium,
+    /// Its density, where that varies.
+    pub density: Option<DensityRecord>,
+    /// Where its name is.
+    pub origin: Origin,
+}
+
+/// Density that varies over space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DensityRecord {
+    /// The volume; relative to [`SceneDescription::folder`].
+    pub file: Located<PathBuf>,
+    /// Lowest corner of its box before the transform, metres.
+    pub min: DVec3,
+    /// Highest corner, metres.
+    pub max: DVec3,
+    /// Applied to the box, in order.
+    pub transform: Vec<Located<Step>>,
+    /// Multiplies the values.
+    pub scale: f32,
+    /// What a raw file holds; absent: the file says so.
+    pub layout: Option<RawLayout>,
+    /// What the indices of the file's array count; absent: as is usual for its format.
+    pub axes: Option<Axes>,
 }
 
 /// A texture whose images are names of files.

@@ -34,6 +34,7 @@ pub mod sun_position;
 mod text;
 pub mod value;
 mod vertex_colors;
+pub mod volume_file;
 mod weld;
 mod write_toml;
 

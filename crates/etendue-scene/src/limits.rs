@@ -1,6 +1,6 @@
 //! Bounds on what one scene may take, checked before memory is.
 
-use crate::image_file;
+use crate::{image_file, volume_file};
 
 /// Bounds on the input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +13,8 @@ pub struct Limits {
     pub library_bytes: u64,
     /// Of one image file.
     pub images: image_file::Limits,
+    /// Of one volume file.
+    pub volumes: volume_file::Limits,
     /// Triangles in all meshes together, and spheres in mesh files, each counted once however many objects share it.
     pub triangles: usize,
     /// Shapes that objects place; an object of a mesh file with spheres places several.
@@ -28,6 +30,7 @@ impl Default for Limits {
             file_bytes: 8 << 30,
             library_bytes: 64 << 20,
             images: image_file::Limits::default(),
+            volumes: volume_file::Limits::default(),
             triangles: 1 << 28,
             placed: 1 << 24,
             relocated_vertices: 1 << 32,

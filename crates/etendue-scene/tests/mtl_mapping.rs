@@ -121,7 +121,7 @@ fn what_is_approximated_is_said() {
         ("map_Kd", "m.mtl:2:1: warning: `map_Kd` without a file name ignored"),
         ("map_Kd -clamp on", "m.mtl:2:1: warning: `map_Kd` without a file name ignored"),
         ("Kd 0; map_Kd a.png", "m.mtl:2:1: note: `Kd` 0 with a map, which it would blacken, counts as 1 (1 material)"),
-        ("scatter", "m.mtl:2:1: warning: scattering media are not rendered: `scatter` ignored"),
+        ("scatter", "m.mtl:2:1: note: `scatter` has no meaning here and is ignored: the medium is `GlobalScatter`"),
     ] {
         assert_eq!(read(keys).1, [said], "{keys}");
     }

@@ -193,6 +193,7 @@ fn scene(section: &Section, key: &Key, of_type: Option<&str>, value: &str) -> St
     };
     let (lines, inline) = (line("\n"), line(", "));
     match section.name {
+        "phase" | "density" => format!("[media.m]\n{} = {{ {inline} }}", section.name),
         "emission" => format!("[materials.m]\ntype = \"black\"\nemission = {{ {inline} }}"),
         "tangent" => format!("[materials.m]\ntype = \"black\"\ntangent = {{ {inline} }}"),
         "rotate" | "look_at" => {
@@ -320,8 +321,9 @@ fn what_is_required_is_what_the_reader_asks_for() {
                 == **name
         });
         for required in definition.unwrap().1["required"].as_array().into_iter().flatten() {
-            let other = section.keys.iter().find(|key| key.types.is_empty() && key.name != required).unwrap();
-            let text = scene(section, other, None, "0");
+            let other = section.keys.iter().find(|key| key.types.is_empty() && key.name != required);
+            // A table may have no other key.
+            let text = other.map_or(section.name.to_owned(), |other| scene(section, other, None, "0"));
             let needs = format!("needs `{}`", required.as_str().unwrap());
             assert!(messages(&text).iter().any(|(message, _)| message.contains(&needs)), "{text}: {needs}");
             checked += 1;

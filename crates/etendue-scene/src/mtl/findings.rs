@@ -132,7 +132,9 @@ impl Finding for Ignored {
             Self::GlassSpecular => note(format!("glass reflects by Fresnel's equations, not by `{key}` ({materials})")),
             Self::Halo => note(format!("`d -halo` counts as `d`{times}")),
             Self::LampByName => note(format!("`AreaLightSource` emits `Kd` ({materials})")),
-            Self::Medium => warning(format!("scattering media are not rendered: `{key}` ignored{times}")),
+            Self::Medium => {
+                note(format!("`{key}` has no meaning here and is ignored: the medium is `GlobalScatter`{times}"))
+            }
             Self::MediumByName => {
                 note(format!("`GlobalScatter` stands for a medium, which scripts fill the world with ({materials})"))
             }

@@ -45,6 +45,8 @@ pub static FILE: Section = Section {
         all("integrator"),
         all("accelerator"),
         all("environment"),
+        all("media"),
+        all("world"),
         all("textures"),
         all("materials"),
         all("meshes"),
@@ -142,6 +144,47 @@ pub static ENVIRONMENT: Section = Section {
     ],
 };
 
+/// What fills space outside of bodies.
+pub static WORLD: Section = Section { name: "[world]", keys: &[all("medium")] };
+
+/// What fills space.
+pub static MEDIUM: Section = Section {
+    name: "[media.NAME]",
+    keys: &[
+        all("absorption"),
+        all("scattering"),
+        all("extinction"),
+        all("mean_free_path"),
+        all("albedo"),
+        all("color"),
+        all("at_distance"),
+        all("preset"),
+        all("emission"),
+        all("phase"),
+        all("density"),
+    ],
+};
+
+/// Where scattered light goes.
+pub static PHASE: Section =
+    Section { name: "phase", keys: &[all("type"), of("g", &["henyey-greenstein"]), all("weight")] };
+
+/// Density that varies.
+pub static DENSITY: Section = Section {
+    name: "density",
+    keys: &[
+        all("file"),
+        all("min"),
+        all("max"),
+        all("transform"),
+        all("scale"),
+        all("axes"),
+        all("size"),
+        all("sample"),
+        all("byte_order"),
+    ],
+};
+
 /// Types of materials whose surface is seen.
 const SEEN: &[&str] = &[
     "diffuse",
@@ -168,6 +211,7 @@ pub static MATERIAL: Section = Section {
         of("bump", SEEN),
         of("normal_map", SEEN),
         of("normal_scale", SEEN),
+        of("normal_y", SEEN),
         of("tangent", SEEN),
         of("reflectance", &["diffuse", "mirror", "brushed-metal"]),
         of("transmittance", &["diffuse"]),
@@ -328,7 +372,7 @@ pub static LIGHT: Section = Section {
 };
 
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 21] = [
+pub static SECTIONS: [&Section; 25] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -337,6 +381,10 @@ pub static SECTIONS: [&Section; 21] = [
     &INTEGRATOR,
     &ACCELERATOR,
     &ENVIRONMENT,
+    &WORLD,
+    &MEDIUM,
+    &PHASE,
+    &DENSITY,
     &TEXTURE,
     &STOP,
     &MATERIAL,

@@ -4,6 +4,7 @@ mod fields;
 pub mod keys;
 mod light;
 mod material;
+mod medium;
 mod object;
 mod pattern;
 mod references;
@@ -16,6 +17,7 @@ mod values;
 
 pub(crate) use material::PRIORITY;
 pub use material::default_material;
+pub(crate) use medium::{COEFFICIENT, FREE_PATH, MEAN_COSINE, TINT, WEIGHT};
 pub(crate) use object::SEGMENTS;
 pub(crate) use pattern::{KINDS as PATTERNS, MAX_STOPS};
 pub use references::check_files;
@@ -26,13 +28,13 @@ pub use values::{Bounds, rotation, sin_cos_degrees};
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Span,
-    description::{MaterialRecord, MeshRecord, SceneDescription},
+    description::{MaterialRecord, MediumRecord, MeshRecord, SceneDescription},
     value::{Data, Entry},
 };
 use fields::{Context, Fields, Item};
 use std::{cell::RefCell, path::Path};
 
-/// Materials, meshes, objects and lights that a scene file may have, of each.
+/// Media, materials, meshes, objects and lights that a scene file may have, of each.
 pub const MAX_RECORDS: usize = 1 << 20;
 
 /// Reads the text of a scene file. `folder` is where its relative file names start. No other file is touched.
@@ -68,6 +70,8 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneD
         integrator: settings::integrator(&fields),
         accelerator: settings::accelerator(&fields),
         environment: light::environment(&fields),
+        media: fields.read("media", media).unwrap_or_default(),
+        world_medium: medium::world(&fields),
         materials: fields.read("materials", materials).unwrap_or_default(),
         meshes: fields.read("meshes", meshes).unwrap_or_default(),
         objects: fields.read("objects", |item| records(item, "objects", object::object)).unwrap_or_default(),
@@ -94,6 +98,10 @@ fn materials(item: Item) -> Option<Vec<MaterialRecord>> {
         MaterialRecord { material, interior, origin: entry.origin.clone() }
     };
     Some(named(item, "materials")?.map(record).collect())
+}
+
+fn media(item: Item) -> Option<Vec<MediumRecord>> {
+    Some(named(item, "media")?.map(|(entry, item)| medium::medium(item, entry)).collect())
 }
 
 fn meshes(item: Item) -> Option<Vec<MeshRecord>> {

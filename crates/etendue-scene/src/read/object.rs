@@ -21,7 +21,8 @@ fn located<T>(item: Item, value: T) -> Located<T> {
     Located { value, origin: item.value.origin.clone() }
 }
 
-fn path(item: Item) -> Option<Located<PathBuf>> {
+/// A file name.
+pub fn path(item: Item) -> Option<Located<PathBuf>> {
     let text = item.name_text()?;
     if text.contains('\0') {
         return item.error("a file name cannot hold a NUL character", "expected a file name");
@@ -29,7 +30,8 @@ fn path(item: Item) -> Option<Located<PathBuf>> {
     Some(located(item, PathBuf::from(text)))
 }
 
-fn name(item: Item) -> Option<Located<String>> {
+/// A name of something.
+pub fn name(item: Item) -> Option<Located<String>> {
     item.name_text().map(|text| located(item, text.to_owned()))
 }
 
@@ -291,7 +293,7 @@ fn cuboid(fields: &Fields) -> Option<ShapeRecord> {
 }
 
 /// Steps in order: an array of tables, or one table.
-fn transform(item: Item) -> Option<Vec<Located<Step>>> {
+pub fn transform(item: Item) -> Option<Vec<Located<Step>>> {
     const HOW: &str = "[{ scale = 2 }, { translate = [1, 2, 3] }]";
     const MAX_STEPS: usize = 1000;
     if matches!(item.value.data, Data::Table(_)) {

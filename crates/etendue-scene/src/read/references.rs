@@ -15,6 +15,16 @@ use std::{
 pub fn check(cx: &Context, description: &SceneDescription) {
     let materials: BTreeSet<&str> = description.materials.iter().map(|m| m.material.name.as_str()).collect();
     let meshes: BTreeSet<&str> = description.meshes.iter().map(|m| m.name.as_str()).collect();
+    let media: BTreeSet<&str> = description.media.iter().map(|m| m.medium.name.as_str()).collect();
+    if let Some(medium) = &description.world_medium {
+        check_name(cx, medium, "medium", &media);
+    }
+    for record in &description.materials {
+        if let (Some(name), Some(origin)) = (&record.material.interior, &record.interior) {
+            let name = Located { value: name.clone(), origin: origin.clone() };
+            check_name(cx, &name, "medium", &media);
+        }
+    }
     let mut names = BTreeMap::new();
     check_focus(cx, description);
     for object in &description.objects {
@@ -57,8 +67,16 @@ fn check_name(cx: &Context, name: &Located<String>, kind: &str, known: &BTreeSet
     let error = error_at(format!("no {kind} is called `{}`", name.value), &name.origin);
     cx.missing(match nearest(&name.value, known.iter().copied()) {
         Some(near) => error.help(format!("did you mean `{near}`?")),
-        None => error.help(format!("define it in [{kind}{}.NAME]", if kind == "mesh" { "es" } else { "s" })),
+        None => error.help(format!("define it in [{}.NAME]", plural(kind))),
     });
+}
+
+fn plural(kind: &str) -> &'static str {
+    match kind {
+        "mesh" => "meshes",
+        "medium" => "media",
+        _ => "materials",
+    }
 }
 
 /// Checks that the mesh files are there, without reading them.

@@ -1,14 +1,18 @@
 //! What values each key of a scene file takes.
 
-use crate::read::{
-    Bounds, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS, PATTERNS, PRIORITY, SEGMENTS,
-    SUN_SIZES, TURBIDITIES, ZONES,
-    keys::{self, Section},
+use crate::{
+    read::{
+        Bounds, COEFFICIENT, FREE_PATH, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS,
+        MEAN_COSINE, PATTERNS, PRIORITY, SEGMENTS, SUN_SIZES, TINT, TURBIDITIES, WEIGHT, ZONES,
+        keys::{self, Section},
+    },
+    volume_file::{Axes, ByteOrder, SampleType},
 };
 use etendue::{
     bsdf::{GrooveForm, metals},
     film::Aov,
     integrator::Integrator,
+    medium::{DensityGrid, PhaseFunction, PhaseKind, presets},
     render::MAX_SPP,
     sampling::{Filter, Sampler},
     texture::{Channel, Filtering, MAX_OCTAVES, Wrap},
@@ -100,6 +104,10 @@ pub fn kind(section: &str, key: &str) -> Option<Kind> {
         "[integrator]" => integrator(key),
         "[accelerator]" => accelerator(key),
         "[environment]" => environment(key),
+        "[world]" => (key == "medium").then_some(Name),
+        "[media.NAME]" => medium(key),
+        "phase" => phase(key),
+        "density" => density(key),
         "[textures.NAME]" => texture(key),
         "a stop" => stop(key),
         "[materials.NAME]" => material(key),
@@ -126,6 +134,8 @@ fn file(key: &str) -> Option<Kind> {
         "integrator" => Table(&keys::INTEGRATOR),
         "accelerator" => Table(&keys::ACCELERATOR),
         "environment" => Table(&keys::ENVIRONMENT),
+        "media" => Kind::Named(&keys::MEDIUM),
+        "world" => Table(&keys::WORLD),
         "textures" => Kind::Named(&keys::TEXTURE),
         "materials" => Kind::Named(&keys::MATERIAL),
         "meshes" => Kind::Named(&keys::MESH),
@@ -229,6 +239,51 @@ fn environment(key: &str) -> Option<Kind> {
     })
 }
 
+fn medium(key: &str) -> Option<Kind> {
+    Some(match key {
+        "absorption" | "scattering" | "extinction" => Colour(COEFFICIENT),
+        "mean_free_path" => Colour(FREE_PATH),
+        "albedo" => Colour(Bounds::UNIT),
+        "color" => Colour(TINT),
+        "at_distance" => Number(Bounds::LENGTH),
+        "preset" => Kind::Choice(presets::names().collect()),
+        "emission" => Colour(Bounds::LIGHT),
+        "phase" => {
+            let mixture = Kind::Array(Box::new(Table(&keys::PHASE)), 1, PhaseFunction::MAX_COMPONENTS);
+            Kind::Any(vec![all(&PhaseKind::ALL, PhaseKind::name), Table(&keys::PHASE), mixture])
+        }
+        "density" => Table(&keys::DENSITY),
+        _ => return None,
+    })
+}
+
+fn phase(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => all(&PhaseKind::ALL, PhaseKind::name),
+        "g" => Number(MEAN_COSINE),
+        "weight" => Number(WEIGHT),
+        _ => return None,
+    })
+}
+
+fn density(key: &str) -> Option<Kind> {
+    Some(match key {
+        "file" => Name,
+        "min" | "max" => point(),
+        "transform" => transform(),
+        "scale" => Number(WEIGHT),
+        "axes" => all(&Axes::ALL, Axes::name),
+        "size" => array(Integer(1, DensityGrid::MAX_SIDE.into()), 3),
+        "sample" => all(&SampleType::ALL, SampleType::name),
+        "byte_order" => all(&ByteOrder::ALL, ByteOrder::name),
+        _ => return None,
+    })
+}
+
+fn transform() -> Kind {
+    Kind::Any(vec![Table(&keys::STEP), Kind::Array(Box::new(Table(&keys::STEP)), 0, 1000)])
+}
+
 fn texture(key: &str) -> Option<Kind> {
     Some(match key {
         "type" => Kind::Choice(PATTERNS.map(|(name, _)| name).to_vec()),
@@ -282,6 +337,7 @@ fn material(key: &str) -> Option<Kind> {
         "emission" => Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::EMISSION)]),
         "normal_map" => Table(&keys::TEXTURE_REFERENCE),
         "normal_scale" => Number(FAR),
+        "normal_y" => choice(&["up", "down"]),
         "bump" => numbers(FAR),
         "thin" => Boolean,
         "form" => all(&GrooveForm::ALL, GrooveForm::name),
@@ -357,8 +413,6 @@ fn object(key: &str) -> Option<Kind> {
     Some(match key {
         "shape" => choice(&["mesh", "sphere", "rectangle", "box", "disk"]),
         "name" | "material" | "mesh" | "file" => Name,
-        "materials" => Kind::Names,
-        "transform" => Kind::Any(vec![Table(&keys::STEP), Kind::Array(Box::new(Table(&keys::STEP)), 0, 1000)]),
         "crease_angle" => crease_angle(),
         "center" | "corner" | "u" | "v" | "min" | "max" => point(),
         "radius" => Number(Bounds::LENGTH),

@@ -12,10 +12,14 @@ pub use kinds::{Kind, kind};
 use serde_json::{Map, Value, json};
 
 /// Keys that a table cannot be without, whatever its type.
-const REQUIRED: [(&str, &str); 11] = [
+const REQUIRED: [(&str, &str); 15] = [
     ("the scene file", "camera"),
     ("[camera]", "position"),
     ("film.filter", "type"),
+    ("[world]", "medium"),
+    ("density", "file"),
+    ("density", "min"),
+    ("density", "max"),
     ("a stop", "at"),
     ("a stop", "color"),
     ("[materials.NAME]", "type"),

@@ -2,7 +2,7 @@
 
 use super::{
     ScriptScene,
-    materials::{Image, Surface, unused_name},
+    materials::{Image, Medium, Surface, unused_name},
 };
 use crate::{
     Origin,
@@ -54,6 +54,9 @@ pub fn scene_text<E>(scene: &ScriptScene, name: &mut dyn FnMut(&Path) -> Result<
     out.line(None, format!("# The scene of the script {}.", text(&scene.path.display().to_string())));
     camera(scene, &mut out);
     settings(scene, &mut out);
+    if let Some(medium) = scene.materials.medium.as_ref().filter(|medium| medium.rate > 0.0) {
+        gas(medium, &mut out);
+    }
     for image in &scene.materials.images {
         let file = name(&image.path)?;
         out.line(None, "");
@@ -111,6 +114,19 @@ fn settings(scene: &ScriptScene, out: &mut SceneText) {
         out.line(Some(&ambient.origin), "[environment]");
         out.line(Some(&ambient.origin), format!("radiance = {}", numbers(ambient.value)));
     }
+}
+
+/// What fills the world: tiny matte balls, as the old program took the gas for.
+fn gas(medium: &Medium, out: &mut SceneText) {
+    out.line(None, "");
+    let mut line = |line: String| out.line(Some(&medium.origin), line);
+    line("[world]".to_owned());
+    line("medium = \"gas\"".to_owned());
+    line(String::new());
+    line("[media.gas]".to_owned());
+    line(format!("extinction = {}", digits(medium.rate)));
+    line(format!("albedo = {}", rgb(medium.albedo)));
+    line("phase = \"lambert-sphere\"".to_owned());
 }
 
 fn objects<E>(

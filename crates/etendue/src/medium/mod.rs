@@ -9,6 +9,7 @@ mod closed_form;
 mod equiangular;
 mod grid;
 mod phase;
+pub mod presets;
 
 pub use check::MediumError;
 pub use equiangular::Equiangular;

@@ -10,6 +10,7 @@ use crate::{
     light::{LightTable, LightTableError},
     material::Material,
     math::{DAffine3, DMat3, DVec3, Vec3},
+    medium::MediumError,
     surface::MeshData,
 };
 use etendue_accel::{
@@ -52,6 +53,9 @@ pub enum SceneError {
     /// A material is out of range.
     #[error("material `{0}`: {1}")]
     Material(String, String),
+    /// A medium has a value that is out of range.
+    #[error("medium `{0}`: {1}")]
+    MediumValue(String, MediumError),
     /// A light without extent has a value that is out of range; the first is 0.
     #[error("light {0}: {1}")]
     DeltaLight(usize, &'static str),
@@ -81,8 +85,8 @@ impl Scene {
     /// When parts do not fit together or a value is out of range; see [`SceneError`].
     pub fn build(parts: SceneParts, settings: &AcceleratorSettings) -> Result<Self, SceneError> {
         validate(&parts)?;
-        let interiors = Interiors::new(&parts)?;
         let center = center_of(&parts);
+        let interiors = Interiors::new(&parts, center)?;
         let mut uses = vec![0usize; parts.shapes.len()];
         for object in &parts.objects {
             uses[object.shape] += 1;
@@ -361,6 +365,9 @@ fn center_of(parts: &SceneParts) -> DVec3 {
 fn validate(parts: &SceneParts) -> Result<(), SceneError> {
     for material in &parts.materials {
         material.validate().map_err(|e| SceneError::Material(material.name.clone(), e.to_string()))?;
+    }
+    for medium in &parts.media {
+        medium.validate().map_err(|error| SceneError::MediumValue(medium.name.clone(), error))?;
     }
     for (i, light) in parts.delta_lights.iter().enumerate() {
         distant::validate_delta_light(light).map_err(|what| SceneError::DeltaLight(i, what))?;

@@ -5,7 +5,13 @@
 //! of the others are passed straight through.
 
 use super::{SceneError, SceneParts};
-use crate::{material::Material, math::Vec3, medium::Medium, surface::SurfacePoint};
+use crate::{
+    material::{Material, Scattering},
+    math::{DVec3, Vec3},
+    medium::Medium,
+    spectrum::Spectrum,
+    surface::SurfacePoint,
+};
 
 /// Bodies that a point can lie in at once; more are not told apart.
 pub const MAX_NESTED: usize = 8;
@@ -25,12 +31,14 @@ struct Kind {
 #[derive(Clone, Copy, Debug)]
 struct Boundary {
     kind: u32,
-    /// Index of refraction behind the surface: its own with a priority, else over that before it. Absent: that before it.
-    index: Option<f32>,
+    /// Index of refraction behind the surface: the body's own with a priority, else over that before it.
+    index: f32,
     /// True if `index` is the body's own.
     absolute: bool,
     /// False if the surface is always there, however the priorities: what emits is found by light samples too.
     can_hide: bool,
+    /// True for smooth clear glass: among bodies of the same index there is no surface.
+    clear: bool,
 }
 
 /// A body that a path is in.
@@ -56,7 +64,7 @@ pub(crate) struct BodyStack {
 /// What a surface is to a path that meets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Meeting {
-    /// A body with a higher priority is on both sides: there is no surface.
+    /// There is no surface: a body with a higher priority is on both sides, or it is clear and the index is the same on both.
     pub hidden: bool,
     /// Index of refraction outside of the body, where the body's is its own; else 1.
     pub surroundings: f32,
@@ -77,15 +85,15 @@ pub(crate) struct Interiors {
     /// Outside of all bodies.
     world: u32,
     has_bodies: bool,
-    has_priorities: bool,
+    may_hide: bool,
 }
 
 impl Interiors {
-    /// Resolves the names of media.
+    /// Resolves the names of media; `center` is what all positions will be relative to.
     ///
     /// # Errors
     /// When a material or the world names a medium that is not among `parts.media`.
-    pub fn new(parts: &SceneParts) -> Result<Self, SceneError> {
+    pub fn new(parts: &SceneParts, center: DVec3) -> Result<Self, SceneError> {
         let find = |name: &str, user: &dyn Fn() -> String| -> Result<u32, SceneError> {
             let found = parts.media.iter().position(|medium| medium.name == name);
             let index = found.ok_or_else(|| SceneError::Medium { user: user(), name: name.to_owned() })?;
@@ -108,15 +116,18 @@ impl Interiors {
             }
             boundaries.push(Some(Boundary {
                 kind: at as u32,
-                index: material.scattering.ior().map(|ior| ior.factor),
+                index: material.scattering.ior().map_or(1.0, |ior| ior.factor),
                 absolute: priority.is_some(),
                 can_hide: material.emission.is_none(),
+                clear: is_clear(material),
             }));
         }
         let world = parts.world_medium.as_ref().map_or(Ok(NONE), |name| find(name, &|| "the world".to_owned()))?;
         let has_bodies = boundaries.iter().any(Option::is_some);
-        let has_priorities = parts.materials.iter().any(|m| m.priority.is_some());
-        Ok(Self { media: parts.media.clone(), kinds, boundaries, world, has_bodies, has_priorities })
+        let hides = |b: &Boundary| b.absolute || (b.clear && b.index == 1.0);
+        let may_hide = boundaries.iter().flatten().any(hides);
+        let media = parts.media.iter().map(|medium| medium.relative_to(center)).collect();
+        Ok(Self { media, kinds, boundaries, world, has_bodies, may_hide })
     }
 
     /// True if paths must keep track of where they are.
@@ -129,9 +140,9 @@ impl Interiors {
         self.has_bodies
     }
 
-    /// True if surfaces may be hidden by bodies of higher priority.
+    /// True if some surfaces may be no surfaces where a path meets them.
     pub fn may_hide(&self) -> bool {
-        self.has_priorities
+        self.may_hide
     }
 
     /// Outside of all bodies.
@@ -156,15 +167,12 @@ impl Interiors {
         let Some(boundary) = self.boundaries[point.material as usize] else { return Meeting::PLAIN };
         let body = if is_entering(point, direction) { None } else { stack.find(point.id.instance, boundary.kind) };
         let others = self.winner(stack, body);
-        let surroundings = match others {
-            Some(other) if boundary.absolute => stack.entered[other].index,
-            _ => 1.0,
-        };
-        let hidden = boundary.can_hide
-            && others.is_some_and(|other| {
-                let (own, its) = (self.kinds[boundary.kind as usize].priority, self.priority(stack, other));
-                its > own || (its == own && body.is_some_and(|body| other > body))
-            });
+        let surroundings = if boundary.absolute { self.index(stack, body, i32::MAX) } else { 1.0 };
+        let beaten = others.is_some_and(|other| {
+            let (own, its) = (self.kinds[boundary.kind as usize].priority, self.priority(stack, other));
+            its > own || (its == own && body.is_some_and(|body| other > body))
+        });
+        let hidden = boundary.can_hide && (beaten || (boundary.clear && boundary.index == surroundings));
         Meeting { hidden, surroundings }
     }
 
@@ -188,12 +196,10 @@ impl Interiors {
             stack.overflowed = true;
             return;
         }
-        let outside = self.winner(stack, None).map_or(1.0, |at| stack.entered[at].index);
-        let index = match boundary.index {
-            Some(index) if boundary.absolute => index,
-            Some(relative) => outside * relative,
-            None => outside,
-        };
+        // What the body is in must not depend on where its surface is hidden.
+        let priority = self.kinds[boundary.kind as usize].priority;
+        let outside = if boundary.absolute { 1.0 } else { self.index(stack, None, priority) };
+        let index = boundary.index * outside;
         stack.entered[stack.depth as usize] = Entered { instance, kind: boundary.kind, index };
         stack.depth += 1;
         self.update(stack);
@@ -206,6 +212,14 @@ impl Interiors {
 
     fn priority(&self, stack: &BodyStack, at: usize) -> i32 {
         self.kinds[stack.entered[at].kind as usize].priority
+    }
+
+    /// Index of refraction where a stack is, one body being left out and those above a priority.
+    #[inline]
+    fn index(&self, stack: &BodyStack, without: Option<usize>, highest: i32) -> f32 {
+        let counts = |at: &usize| Some(*at) != without && self.priority(stack, *at) <= highest;
+        let winner = (0..stack.depth as usize).filter(counts).max_by_key(|at| self.priority(stack, *at));
+        winner.map_or(1.0, |at| stack.entered[at].index)
     }
 
     /// Which of the bodies counts, one being left out.
@@ -223,6 +237,16 @@ impl BodyStack {
         let entered = &self.entered[..self.depth as usize];
         entered.iter().rposition(|e| e.instance == instance && e.kind == kind)
     }
+}
+
+/// True for a surface that does nothing where the index of refraction is the same on both sides.
+fn is_clear(material: &Material) -> bool {
+    let clear = Some(Spectrum::ONE);
+    let tint = material.scattering.constant().and_then(|values| match values {
+        Scattering::Glass { transmission_tint, thin: false, .. } => Some(transmission_tint),
+        _ => None,
+    });
+    tint == clear && material.relief.is_none()
 }
 
 /// True if `direction` goes against the surface's normal.
