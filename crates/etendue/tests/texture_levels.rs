@@ -53,9 +53,9 @@ fn every_level_has_the_mean_of_the_image() {
             let words: Vec<u16> = (0..count).map(|_| rng.u64() as u16).collect();
             let floats: Vec<f32> = (0..count).map(|_| rng.f32() * 50.0 - 10.0).collect();
             for (samples, transfer, tolerance) in [
-                (Samples::U8(bytes.clone().into()), Transfer::Srgb, 3e-5),
-                (Samples::U8(bytes.into()), Transfer::Linear, 3e-5),
-                (Samples::U16(words.into()), Transfer::Srgb, 3e-5),
+                (Samples::U8(bytes.clone().into()), Transfer::Srgb, 1e-4),
+                (Samples::U8(bytes.into()), Transfer::Linear, 1e-4),
+                (Samples::U16(words.into()), Transfer::Srgb, 1e-4),
                 (Samples::F32(floats.into()), Transfer::Linear, 2e-4),
             ] {
                 let image = image(size, channels, samples, transfer);
@@ -274,7 +274,7 @@ fn far_floors_do_not_alias() {
         (difference(&render(Filtering::Trilinear, 1)), difference(&render(Filtering::Bilinear, 1)));
     let many = render(Filtering::Trilinear, 512);
     println!("one sample: {filtered:.4} filtered, {unfiltered:.4} not; many: {:.4}", difference(&many));
-    assert!(filtered < 0.4 * unfiltered, "{filtered} and {unfiltered}");
+    assert!(filtered < 0.3 * unfiltered, "{filtered} and {unfiltered}");
     assert!(difference(&many) < filtered);
     let bias = mean(&many) - mean(&truth);
     assert!(bias.abs() < 0.004, "{bias}: {} and {}", mean(&many), mean(&truth));

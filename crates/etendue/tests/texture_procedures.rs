@@ -90,10 +90,16 @@ fn values_have_the_same_bits_everywhere() {
         }
         found.push((procedure.name(), hash));
     }
-    assert_eq!(found, EXPECTED, "{found:#x?}");
+    assert_eq!(found, EXPECTED);
 }
 
-const EXPECTED: [(&str, u64); 5] = [("checker", 0), ("grid", 0), ("noise", 0), ("wood", 0), ("marble", 0)];
+const EXPECTED: [(&str, u64); 5] = [
+    ("checker", 11_289_610_451_594_347_648),
+    ("grid", 1_194_872_999_328_335_674),
+    ("noise", 12_311_052_763_163_900_802),
+    ("wood", 14_253_458_136_162_954_150),
+    ("marble", 12_205_598_332_345_081_208),
+];
 
 /// Means over boxes of texture coordinates or space, and what a filtered lookup gives.
 struct Comparison {
@@ -107,12 +113,11 @@ struct Comparison {
 fn compare(texture: &Texture, sides: [f32; 3], boxes: usize) -> Comparison {
     let mut rng = Rng::new(11);
     let (mut error, mut unfiltered) = (0.0, 0.0);
-    let n = 12;
     for _ in 0..boxes {
         let middle = [rng.f32(), rng.f32(), rng.f32()].map(|x| x * 20.0 - 10.0);
         let mut sum = 0.0;
         let mut count = 0.0;
-        let depth = if sides[2] > 0.0 { n } else { 1 };
+        let (n, depth) = if sides[2] > 0.0 { (12, 12) } else { (40, 1) };
         for i in 0..n * n * depth {
             let place = [i % n, i / n % n, i / n / n];
             let [x, y, z] = [0, 1, 2].map(|c| {
@@ -156,15 +161,15 @@ fn cells_are_means_over_boxes() {
 #[test]
 fn the_rest_is_near_its_mean() {
     for (procedure, ratios) in [
-        (Procedure::Noise(Noise { octaves: 1, ..Noise::DEFAULT }), [0.6, 0.45, 0.35]),
-        (Procedure::Noise(Noise::DEFAULT), [0.6, 0.45, 0.35]),
-        (Procedure::Noise(Noise { turbulence: true, ..Noise::DEFAULT }), [0.7, 0.6, 0.5]),
-        (Procedure::Wood(Wood::DEFAULT), [0.7, 0.6, 0.5]),
-        (Procedure::Marble(Marble::DEFAULT), [0.8, 0.7, 0.6]),
+        (Procedure::Noise(Noise { octaves: 1, ..Noise::DEFAULT }), [0.65, 0.55, 0.4]),
+        (Procedure::Noise(Noise::DEFAULT), [0.65, 0.55, 0.4]),
+        (Procedure::Noise(Noise { turbulence: true, ..Noise::DEFAULT }), [0.65, 0.55, 0.4]),
+        (Procedure::Wood(Wood::DEFAULT), [0.65, 0.55, 0.4]),
+        (Procedure::Marble(Marble::DEFAULT), [0.65, 0.55, 0.4]),
     ] {
         let texture = grey(procedure, Coordinates::Object { scale: Vec3::ONE, offset: Vec3::splat(0.5) });
         for (side, ratio) in [0.5, 1.0, 3.0].into_iter().zip(ratios) {
-            let Comparison { error, unfiltered } = compare(&texture, [side, side, 0.0], 400);
+            let Comparison { error, unfiltered } = compare(&texture, [side, side, 0.0], 120);
             println!("{procedure:?} {side}: {error:.4} of {unfiltered:.4}, {:.2}", error / unfiltered);
             assert!(error < ratio * unfiltered, "{procedure:?} {side}: {error} of {unfiltered}");
         }
