@@ -277,7 +277,7 @@ fn what_is_wrong_is_told_with_its_place() {
         ),
         (
             "object scene/floor.obj\ncamera 0 0 0 1 0 0 0 0 1 2 1 1 1 1.5 0.1".to_owned(),
-            "scene/1.cfg:2:35: error: the focal plane lies before the window (must be beyond the window at 2)",
+            "scene/1.cfg:2:34: error: the focal plane lies before the window (must be beyond the window at 2)",
         ),
         (
             format!("object scene/floor.obj\n{CAMERA}camera::move roll 1"),
@@ -431,8 +431,7 @@ fn the_scene_file_says_the_same() {
         format!("{:?}", (again.film.display, again.sampler, again.integrator, &again.environment)),
         format!("{:?}", (described.film.display, described.sampler, described.integrator, &described.environment))
     );
-    assert_eq!(again.camera.position, described.camera.position);
-    assert_eq!(again.camera.lens, described.camera.lens);
+    assert_eq!((again.camera.position, &again.camera.lens), (described.camera.position, &described.camera.lens));
     assert_eq!(again.materials.len(), described.materials.len());
     let steps = |d: &SceneDescription| d.objects[0].transform.iter().map(|s| s.value).collect::<Vec<_>>();
     assert_eq!(steps(&again), steps(&described));

@@ -18,8 +18,9 @@ pub struct CosinePower {
 }
 
 impl Default for CosinePower {
+    /// Any angle alike: an exponent of 0.
     fn default() -> Self {
-        Self::new(0.0)
+        Self { exponent: 0.0, peak: 0.5 / PI }
     }
 }
 
@@ -192,6 +193,12 @@ mod tests {
                 assert!((above - below).abs() < 1e-10, "{power:?} {edge}: {below} {above}");
             }
         }
+    }
+
+    #[test]
+    fn any_angle_alike() {
+        let (stated, computed) = (CosinePower::default(), CosinePower::new(0.0));
+        assert!((stated.peak - computed.peak).abs() < 1e-15 && stated.exponent == computed.exponent);
     }
 
     #[test]
