@@ -20,6 +20,7 @@ The project's own chores.
   cargo xtask prove NAME    one statistical or adversarial test at full size, optimised; minutes, not seconds
   cargo xtask prove         lists the names
   cargo xtask prove all     all of them
+  cargo xtask gallery       the paper's figures; `cargo xtask gallery --help` tells more
 ";
 
 fn main() -> ExitCode {

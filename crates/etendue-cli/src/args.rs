@@ -83,7 +83,7 @@ stops after the tiles in work and writes what there is; a second one stops at on
 #[derive(Debug, Args)]
 #[command(before_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
-    /// Scene file (.toml), or a model (.obj, .ply, .stl, .off, also .gz)
+    /// Scene file (.toml), script of the older renderer (.cfg), or a model (.obj, .ply, .stl, .off, also .gz)
     pub input: PathBuf,
 
     /// Picture to write, .png, .exr, .hdr or .pfm; repeat for several [default: NAME.png and NAME.exr in the working directory]

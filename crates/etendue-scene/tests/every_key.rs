@@ -72,6 +72,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[materials.NAME]", "bump") => "{ file = \"h.png\", factor = 0.01 }",
         ("[materials.NAME]", "normal_map") => "{ file = \"n.png\" }",
         ("[materials.NAME]", "normal_scale") => "0.5",
+        ("[materials.NAME]", "normal_y") => "\"down\"",
         ("[materials.NAME]", "tangent") => "{ type = \"radial\", center = [1, 2, 3], rotation = 90 }",
         ("[materials.NAME]", "form") => "\"normalised\"",
         ("[materials.NAME]", "metal") => "\"gold\"",
@@ -289,7 +290,7 @@ fn materials() {
         assert_eq!((material.name.as_str(), &material.opacity), ("m", &0.5.into()));
         let emission = material.emission.as_ref().unwrap();
         assert_eq!((&emission.radiance, emission.two_sided), (&Spectrum([1.0, 2.0, 3.0]).into(), true));
-        assert!(matches!(&material.relief, Some(Relief::Normals { scale: 0.5, .. })));
+        assert!(matches!(&material.relief, Some(Relief::Normals { scale: [0.5, -0.5], .. })));
         let direction = Tangent::Radial { center: DVec3::new(1.0, 2.0, 3.0), axis: None };
         assert_eq!(material.tangent, TangentField { direction, rotation: 90f32.to_radians().into() });
         assert_eq!((material.interior.as_deref(), material.priority), (Some("milk"), Some(-3)));
@@ -302,7 +303,7 @@ fn materials() {
         "[materials.m]",
         "type",
         "rough-metal",
-        &["eta", "k", "normal_map", "normal_scale"],
+        &["eta", "k", "normal_map", "normal_scale", "normal_y"],
     );
     let Scattering::RoughMetal { alpha, .. } = &scene.materials[0].material.scattering else { panic!() };
     assert_eq!(alpha.each_ref().map(|a| a.factor), [0.5; 2]);

@@ -153,7 +153,7 @@ fn relief() {
         "bump -bm 0.5 t\\wood_n.png",
         "norm -bm 0.5 a.png; bump h.png",
     ] {
-        let Some(Relief::Normals { map, scale: 0.5 }) = material(keys).relief else { panic!("{keys}") };
+        let Some(Relief::Normals { map, scale: [0.5, 0.5] }) = material(keys).relief else { panic!("{keys}") };
         assert_eq!(map.first_image().unwrap().transfer, Some(Transfer::Linear));
     }
 }

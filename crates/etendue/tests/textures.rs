@@ -307,14 +307,15 @@ fn normal_maps_follow_the_texture_coordinates() {
     let chart = |dpdu, dpdv| Chart { uv: Vec2::ZERO, dpdu, dpdv };
     let (right, up) = (vec3(3.0, 0.0, 0.0), vec3(0.0, 0.5, 0.0));
     for (relief, chart, expected) in [
-        ((map(0.0, 0.0, 1.0), 1.0), chart(right, up), normal),
-        ((map(0.6, 0.0, 0.8), 1.0), chart(right, up), vec3(0.6, 0.0, 0.8)),
-        ((map(0.0, 0.6, 0.8), 1.0), chart(right, up), vec3(0.0, 0.6, 0.8)),
-        ((map(0.6, 0.0, 0.8), 1.0), chart(-right, up), vec3(-0.6, 0.0, 0.8)),
-        ((map(0.0, 0.6, 0.8), 1.0), chart(-right, up), vec3(0.0, 0.6, 0.8)),
-        ((map(0.6, 0.0, 0.8), 2.0), chart(right, up), vec3(1.2, 0.0, 0.8).normalize()),
-        ((map(0.6, 0.0, -0.8), 1.0), chart(right, up), normal),
-        ((map(0.6, 0.0, 0.8), 1.0), chart(Vec3::ZERO, up), normal),
+        ((map(0.0, 0.0, 1.0), [1.0; 2]), chart(right, up), normal),
+        ((map(0.6, 0.0, 0.8), [1.0; 2]), chart(right, up), vec3(0.6, 0.0, 0.8)),
+        ((map(0.0, 0.6, 0.8), [1.0; 2]), chart(right, up), vec3(0.0, 0.6, 0.8)),
+        ((map(0.6, 0.0, 0.8), [1.0; 2]), chart(-right, up), vec3(-0.6, 0.0, 0.8)),
+        ((map(0.0, 0.6, 0.8), [1.0; 2]), chart(-right, up), vec3(0.0, 0.6, 0.8)),
+        ((map(0.6, 0.0, 0.8), [2.0; 2]), chart(right, up), vec3(1.2, 0.0, 0.8).normalize()),
+        ((map(0.0, 0.6, 0.8), [1.0, -1.0]), chart(right, up), vec3(0.0, -0.6, 0.8)),
+        ((map(0.6, 0.0, -0.8), [1.0; 2]), chart(right, up), normal),
+        ((map(0.6, 0.0, 0.8), [1.0; 2]), chart(Vec3::ZERO, up), normal),
     ] {
         let (map, scale) = relief;
         let found = Relief::Normals { map, scale }.normal(normal, &Lookup::from(chart.uv), &chart);

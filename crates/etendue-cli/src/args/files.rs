@@ -16,7 +16,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(before_help = INFO_EXAMPLES)]
 pub struct InfoArgs {
-    /// Scene (.toml), model (.obj, .ply, .stl, .off, also .gz) or picture (.png, .exr, .hdr, .jpg, ...)
+    /// Scene (.toml, .cfg), model (.obj, .ply, .stl, .off, also .gz) or picture (.png, .exr, .hdr, .jpg, ...)
     pub file: PathBuf,
 
     /// Print one JSON object
@@ -32,14 +32,15 @@ Examples:
   etendue convert render.exr albedo.png --layer Albedo
   etendue convert sky.exr sky.hdr
 
-Models are written as OBJ (with MTL), PLY or STL, pictures as EXR, HDR, PNG or PFM; the endings say which.
+Models are written as OBJ (with MTL), PLY or STL, pictures as EXR, HDR, PNG or PFM, scripts of the
+older renderer as scene files (.toml); the endings say which.
 Models keep what the format can hold: materials only OBJ, normals and texture coordinates not STL.";
 
 /// Arguments of `etendue convert`.
 #[derive(Debug, Args)]
 #[command(before_help = CONVERT_EXAMPLES, allow_negative_numbers = true)]
 pub struct ConvertArgs {
-    /// Model (.obj, .ply, .stl, .off, also .gz) or picture (.exr, .hdr, .png, .pfm, .jpg, .tga, .bmp, .webp)
+    /// Model (.obj, .ply, .stl, .off, also .gz), script (.cfg) or picture (.exr, .hdr, .png, .pfm, .jpg, .tga, .bmp, .webp)
     pub input: PathBuf,
 
     /// File to write

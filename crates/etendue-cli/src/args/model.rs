@@ -94,7 +94,7 @@ What is written is exactly what `etendue render MODEL` with the same options sho
 #[derive(Debug, Args)]
 #[command(before_help = SCENE_EXAMPLES)]
 pub struct SceneArgs {
-    /// Model (.obj, .ply, .stl, .off, also .gz)
+    /// Model (.obj, .ply, .stl, .off, also .gz), or a script of the older renderer (.cfg)
     pub model: PathBuf,
 
     /// Scene file to write (.toml) [default: standard output]

@@ -184,7 +184,7 @@ fn relief(record: &Record, note: Note) -> Option<Relief<TextureRecord>> {
 }
 
 fn normals(map: &Map) -> Relief<TextureRecord> {
-    Relief::Normals { map: map.data(), scale: map.bump }
+    Relief::Normals { map: map.data(), scale: [map.bump; 2] }
 }
 
 /// Some programs write maps of normals as `map_Bump`.

@@ -211,6 +211,7 @@ pub static MATERIAL: Section = Section {
         of("bump", SEEN),
         of("normal_map", SEEN),
         of("normal_scale", SEEN),
+        of("normal_y", SEEN),
         of("tangent", SEEN),
         of("reflectance", &["diffuse", "mirror", "brushed-metal"]),
         of("transmittance", &["diffuse"]),

@@ -97,8 +97,11 @@ pub fn material(item: Item, name: &str) -> (Material<TextureRecord>, Option<Orig
 fn relief(fields: &Fields) -> Option<Relief<TextureRecord>> {
     fields.exclusive("bump", "normal_map");
     let scale = fields.read("normal_scale", |i| i.number_f32(RELIEF));
-    if scale.is_some() && fields.get("normal_map").is_none() {
-        fields.lacks("`normal_map` for its `normal_scale`");
+    let sign = fields.read("normal_y", |i| i.choice(&[("up", 1.0), ("down", -1.0)])).unwrap_or(1.0);
+    for key in ["normal_scale", "normal_y"] {
+        if fields.get(key).is_some() && fields.get("normal_map").is_none() {
+            fields.lacks(&format!("`normal_map` for its `{key}`"));
+        }
     }
     let map = fields.read("normal_map", |item| {
         let fields = item.table(&keys::TEXTURE_REFERENCE, "{ texture = \"NAME\" } or { file = \"FILE\" }")?;
@@ -108,7 +111,10 @@ fn relief(fields: &Fields) -> Option<Relief<TextureRecord>> {
     });
     let bump = fields.read("bump", |i| texture::number(i, RELIEF));
     match (map, bump) {
-        (Some(map), _) => Some(Relief::Normals { map, scale: scale.unwrap_or(1.0) }),
+        (Some(map), _) => {
+            let scale = scale.unwrap_or(1.0);
+            Some(Relief::Normals { map, scale: [scale, scale * sign] })
+        }
         (None, Some(height)) => Some(Relief::Bump { height }),
         (None, None) => None,
     }

@@ -337,6 +337,7 @@ fn material(key: &str) -> Option<Kind> {
         "emission" => Kind::Any(vec![Colour(Bounds::LIGHT), Table(&keys::EMISSION)]),
         "normal_map" => Table(&keys::TEXTURE_REFERENCE),
         "normal_scale" => Number(FAR),
+        "normal_y" => choice(&["up", "down"]),
         "bump" => numbers(FAR),
         "thin" => Boolean,
         "form" => all(&GrooveForm::ALL, GrooveForm::name),

@@ -64,25 +64,28 @@ pub struct Medium {
 }
 
 impl Materials {
-    /// Adds what must be stated of the materials that a mesh file uses: of each its name there and in the scene.
+    /// Adds what must be stated of the materials that a mesh file uses: of each its name there and in the scene. What has another
+    /// in its place becomes plain, so that nobody misses its pictures.
     pub fn add(
         &mut self,
-        mesh: &MeshFile,
+        mesh: &mut MeshFile,
         search: &Search,
         sources: &SourceMap,
         found: &mut Diagnostics,
     ) -> Vec<[String; 2]> {
         let mut replaced = Vec::new();
-        for named in &mesh.materials {
+        for named in &mut mesh.materials {
             let Some(origin) = &named.origin else { continue };
             let Some(old) = self.old(origin, sources) else { continue };
-            if *old.named.material == *named.material && old.used_as == OldUse::Surface {
+            let is_brushed = matches!(old.used_as, OldUse::Brushed(_));
+            if *old.named.material == *named.material && !is_brushed {
                 continue;
             }
             let surface = match self.stated.get(origin) {
                 Some(&surface) => surface,
                 None => self.state(old, origin, search, sources, found),
             };
+            *named.material = MeshFile::default_material(&named.name);
             replaced.push([named.name.clone(), self.surfaces[surface].name.clone()]);
         }
         replaced
@@ -93,7 +96,7 @@ impl Materials {
         for file in files.filter(|&file| MeshFormat::of_path(sources.path(file)).is_none()) {
             let materials = self.library(file, sources);
             let medium = materials.iter().find_map(|old| match (old.used_as, &old.named.origin) {
-                (OldUse::Medium { rate, albedo }, Some(origin)) => {
+                (OldUse::Medium { rate, albedo }, Some(origin)) if rate > 0.0 => {
                     Some(Medium { rate, albedo, origin: origin.clone() })
                 }
                 _ => None,

@@ -91,14 +91,20 @@ fn materials(scene: &ScriptScene, found: &mut Diagnostics) {
     let materials = &scene.materials;
     let first = |used: fn(&OldUse) -> bool| materials.surfaces.iter().find(|surface| used(&surface.used_as));
     let mut note = |message: &str, origin| found.push(Diagnostic::note(message).at(origin));
-    // A lamp whose own material needs no other has no entry of its own.
-    let lamp = scene.meshes.values().flat_map(|mesh| &mesh.materials).find(|m| m.material.emission.is_some());
-    if let Some(origin) = lamp.and_then(|lamp| lamp.origin.clone()) {
+    // A lamp whose own material needs no other is not stated.
+    let own = || scene.meshes.values().flat_map(|mesh| &mesh.materials).find(|m| m.material.emission.is_some());
+    let stated = materials.surfaces.iter().find(|surface| surface.material.emission.is_some());
+    let lamp = stated.map(|surface| surface.origin.clone()).or_else(|| own()?.origin.clone());
+    if let Some(origin) = lamp {
         note("`AreaLightSource` emits radiance `Kd` on both sides, 1 for 255 of the old program", origin);
     }
     if let Some(surface) = first(|used| matches!(used, OldUse::Brushed(_))) {
         let message = "`bump` on a surface with `Ks` is brushed metal of that colour, its normals spread radially about (0.3, 0.3, 0) as the old program had it; the picture and `Kd` are not used";
         note(message, surface.origin.clone());
+    }
+    if let Some(medium) = &materials.medium {
+        let message = "`GlobalScatter` fills the world: `n` is its extinction, `Kd` its albedo, and it scatters as tiny matte spheres do";
+        note(message, medium.origin.clone());
     }
     if let Some(image) = materials.images.first() {
         note("pictures are taken as they are stored, without the transfer function of sRGB", image.origin.clone());

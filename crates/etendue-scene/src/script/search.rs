@@ -5,7 +5,10 @@ use crate::{
     description::Located,
     find_file::{find_file, ignoring_case},
 };
-use std::path::{Path, PathBuf, absolute};
+use std::{
+    env::current_dir,
+    path::{Path, PathBuf},
+};
 
 /// Folders above the script's that are looked into.
 const FOLDERS_ABOVE: usize = 4;
@@ -22,8 +25,8 @@ impl Search {
     /// For a script at `path`.
     pub fn new(path: &Path) -> Self {
         let own = path.parent().unwrap_or(Path::new("")).to_owned();
-        let here = absolute("").unwrap_or_default();
-        let full = absolute(&own).unwrap_or_else(|_| here.clone());
+        let here = current_dir().unwrap_or_default();
+        let full = here.join(&own);
         let above = full.ancestors().skip(1).take(FOLDERS_ABOVE).map(|folder| match folder.strip_prefix(&here) {
             Ok(relative) if own.is_relative() => relative.to_owned(),
             _ => folder.to_owned(),
@@ -48,8 +51,9 @@ impl Search {
     /// [`Search::find`], or the error to be told.
     pub fn need(&self, name: &Located<String>) -> Result<PathBuf, Diagnostic> {
         self.find(&name.value).ok_or_else(|| {
-            let direct = self.folders[0].join(&name.value);
-            let error = if direct.is_dir() { SourceError::IsDirectory(direct) } else { SourceError::NotFound(direct) };
+            let direct = PathBuf::from(&name.value);
+            let is_folder = self.folders[0].join(&direct).is_dir();
+            let error = if is_folder { SourceError::IsDirectory(direct) } else { SourceError::NotFound(direct) };
             Diagnostic::error(error.to_string()).at(name.origin.clone()).label("not there, nor in the folders above").help(
                 "the old program looked from the folder that it was started in; put the file there, or begin the line with #",
             )

@@ -122,7 +122,9 @@ impl<T> Material<T> {
         match &self.relief {
             None => Ok(()),
             Some(Relief::Bump { height }) => check.number("bump", height.factor, any),
-            Some(Relief::Normals { scale, .. }) => check.number("normal_scale", *scale, any),
+            Some(Relief::Normals { scale, .. }) => {
+                scale.iter().try_for_each(|s| check.number("normal_scale", *s, any.clone()))
+            }
         }
     }
 }

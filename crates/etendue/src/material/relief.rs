@@ -18,10 +18,10 @@ pub enum Relief<T = Arc<Texture>> {
     },
     /// Unit normals in the frame of tangent (along u), bitangent (along v) and normal, [-1, 1] stored as [0, 1].
     Normals {
-        /// The map; y points along v, as OpenGL and glTF have it.
+        /// The map; y points along v, as OpenGL and glTF have it, if its scale is above 0.
         map: T,
-        /// Multiplies x and y; 1 is as stored.
-        scale: f32,
+        /// Multiplies x and y; 1 is as stored, -1 for y is for maps whose y points against v, as DirectX has it.
+        scale: [f32; 2],
     },
 }
 
@@ -55,9 +55,9 @@ fn bumped(height: &Number, normal: Vec3, at: &Lookup, chart: &Chart) -> Option<V
     (determinant > 0.0 && gradient.is_finite()).then_some(normal - gradient)
 }
 
-fn mapped(map: &Texture, scale: f32, normal: Vec3, at: &Lookup, chart: &Chart) -> Option<Vec3> {
+fn mapped(map: &Texture, scale: [f32; 2], normal: Vec3, at: &Lookup, chart: &Chart) -> Option<Vec3> {
     let [x, y, z] = map.color(at).map(|v| 2.0 * v - 1.0).0;
-    let (x, y) = (x * scale, y * scale);
+    let (x, y) = (x * scale[0], y * scale[1]);
     let tangent = chart.tangent(normal)?;
     // Mirrored texture coordinates turn the bitangent over.
     let bitangent = normal.cross(tangent);

@@ -6,9 +6,10 @@
 
 use super::{SceneError, SceneParts};
 use crate::{
-    material::Material,
+    material::{Material, Scattering},
     math::{DVec3, Vec3},
     medium::Medium,
+    spectrum::Spectrum,
     surface::SurfacePoint,
 };
 
@@ -30,12 +31,14 @@ struct Kind {
 #[derive(Clone, Copy, Debug)]
 struct Boundary {
     kind: u32,
-    /// Index of refraction behind the surface: its own with a priority, else over that before it. Absent: that before it.
-    index: Option<f32>,
+    /// Index of refraction behind the surface: the body's own with a priority, else over that before it.
+    index: f32,
     /// True if `index` is the body's own.
     absolute: bool,
     /// False if the surface is always there, however the priorities: what emits is found by light samples too.
     can_hide: bool,
+    /// True for smooth clear glass: among bodies of the same index there is no surface.
+    clear: bool,
 }
 
 /// A body that a path is in.
@@ -61,7 +64,7 @@ pub(crate) struct BodyStack {
 /// What a surface is to a path that meets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Meeting {
-    /// A body with a higher priority is on both sides: there is no surface.
+    /// There is no surface: a body with a higher priority is on both sides, or it is clear and the index is the same on both.
     pub hidden: bool,
     /// Index of refraction outside of the body, where the body's is its own; else 1.
     pub surroundings: f32,
@@ -113,9 +116,10 @@ impl Interiors {
             }
             boundaries.push(Some(Boundary {
                 kind: at as u32,
-                index: material.scattering.ior().map(|ior| ior.factor),
+                index: material.scattering.ior().map_or(1.0, |ior| ior.factor),
                 absolute: priority.is_some(),
                 can_hide: material.emission.is_none(),
+                clear: is_clear(material),
             }));
         }
         let world = parts.world_medium.as_ref().map_or(Ok(NONE), |name| find(name, &|| "the world".to_owned()))?;
@@ -162,15 +166,12 @@ impl Interiors {
         let Some(boundary) = self.boundaries[point.material as usize] else { return Meeting::PLAIN };
         let body = if is_entering(point, direction) { None } else { stack.find(point.id.instance, boundary.kind) };
         let others = self.winner(stack, body);
-        let surroundings = match others {
-            Some(other) if boundary.absolute => stack.entered[other].index,
-            _ => 1.0,
-        };
-        let hidden = boundary.can_hide
-            && others.is_some_and(|other| {
-                let (own, its) = (self.kinds[boundary.kind as usize].priority, self.priority(stack, other));
-                its > own || (its == own && body.is_some_and(|body| other > body))
-            });
+        let surroundings = if boundary.absolute { self.index(stack, body, i32::MAX) } else { 1.0 };
+        let beaten = others.is_some_and(|other| {
+            let (own, its) = (self.kinds[boundary.kind as usize].priority, self.priority(stack, other));
+            its > own || (its == own && body.is_some_and(|body| other > body))
+        });
+        let hidden = boundary.can_hide && (beaten || (boundary.clear && boundary.index == surroundings));
         Meeting { hidden, surroundings }
     }
 
@@ -194,12 +195,10 @@ impl Interiors {
             stack.overflowed = true;
             return;
         }
-        let outside = self.winner(stack, None).map_or(1.0, |at| stack.entered[at].index);
-        let index = match boundary.index {
-            Some(index) if boundary.absolute => index,
-            Some(relative) => outside * relative,
-            None => outside,
-        };
+        // What the body is in must not depend on where its surface is hidden.
+        let priority = self.kinds[boundary.kind as usize].priority;
+        let outside = if boundary.absolute { 1.0 } else { self.index(stack, None, priority) };
+        let index = boundary.index * outside;
         stack.entered[stack.depth as usize] = Entered { instance, kind: boundary.kind, index };
         stack.depth += 1;
         self.update(stack);
@@ -212,6 +211,14 @@ impl Interiors {
 
     fn priority(&self, stack: &BodyStack, at: usize) -> i32 {
         self.kinds[stack.entered[at].kind as usize].priority
+    }
+
+    /// Index of refraction where a stack is, one body being left out and those above a priority.
+    #[inline]
+    fn index(&self, stack: &BodyStack, without: Option<usize>, highest: i32) -> f32 {
+        let counts = |at: &usize| Some(*at) != without && self.priority(stack, *at) <= highest;
+        let winner = (0..stack.depth as usize).filter(counts).max_by_key(|at| self.priority(stack, *at));
+        winner.map_or(1.0, |at| stack.entered[at].index)
     }
 
     /// Which of the bodies counts, one being left out.
@@ -229,6 +236,16 @@ impl BodyStack {
         let entered = &self.entered[..self.depth as usize];
         entered.iter().rposition(|e| e.instance == instance && e.kind == kind)
     }
+}
+
+/// True for a surface that does nothing where the index of refraction is the same on both sides.
+fn is_clear(material: &Material) -> bool {
+    let clear = Some(Spectrum::ONE);
+    let tint = material.scattering.constant().and_then(|values| match values {
+        Scattering::Glass { transmission_tint, thin: false, .. } => Some(transmission_tint),
+        _ => None,
+    });
+    tint == clear && material.relief.is_none()
 }
 
 /// True if `direction` goes against the surface's normal.

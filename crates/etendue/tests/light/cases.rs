@@ -3,7 +3,7 @@
 use etendue::{
     light::{
         ConstantEnvironment, DirectionalLight, ImageEnvironment, Light, LightContext, PointLightSource, RadianceMap,
-        RectangleLight, SphereLight, SpotLight, TriangleLight,
+        RectangleLight, SphereLight, SpotLight, SunSky, TriangleLight,
     },
     math::{DMat3, DVec3, Vec3, dvec3},
     spectrum::Spectrum,
@@ -148,6 +148,12 @@ fn even_image(orientation: DMat3) -> ImageEnvironment {
     ImageEnvironment::new(Arc::new(map), orientation, Spectrum::splat(2.0))
 }
 
+/// A map with a sun of 10 degrees radius beside it.
+fn sun_and_sky(orientation: DMat3) -> SunSky {
+    let (to_sun, up) = (orientation * dvec3(0.3, 0.6, 0.5), orientation * DVec3::Y);
+    SunSky::new(even_image(orientation), to_sun, up, 10f64.to_radians(), RADIANCE)
+}
+
 /// Lights without surface, from everywhere.
 pub fn without_surface() -> Vec<Case> {
     let mut cases = Vec::new();
@@ -162,6 +168,7 @@ pub fn without_surface() -> Vec<Case> {
         let lights = [
             ("environment", Light::Environment(ConstantEnvironment { radiance: RADIANCE })),
             ("image", Light::Image(Arc::new(even_image(at.rotation)))),
+            ("sun and sky", Light::SunSky(Arc::new(sun_and_sky(at.rotation)))),
             ("point", Light::Point(PointLightSource { position, intensity: RADIANCE })),
             ("spot", spot(0.5, 0.99)),
             ("spot of sharp edge", spot(0.5, 0.5)),

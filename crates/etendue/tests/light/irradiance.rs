@@ -98,7 +98,22 @@ pub fn closed_form(light: &Light, point: Vec3, normal: DVec3) -> f64 {
         Light::Directional(d) => f64::from(d.irradiance[0]) * -double(d.direction).dot(normal).min(0.0),
         // The same from everywhere, in the cases that come here.
         Light::Environment(_) | Light::Image(_) => f64::from(light.radiance()[0]) * PI,
+        Light::SunSky(_) => gathered_by_steps(light, normal),
     }
+}
+
+/// By the midpoint rule over the hemisphere, in equal areas.
+fn gathered_by_steps(light: &Light, normal: DVec3) -> f64 {
+    const SIDES: [u32; 2] = [1200, 300];
+    let (x, cells) = (normal.any_orthonormal_vector(), f64::from(SIDES[0] * SIDES[1]));
+    let y = normal.cross(x);
+    let cell = |i: u32| {
+        let cos = (f64::from(i / SIDES[0]) + 0.5) / f64::from(SIDES[1]);
+        let (sin_turn, cos_turn) = (2.0 * PI * (f64::from(i % SIDES[0]) + 0.5) / f64::from(SIDES[0])).sin_cos();
+        let wi = normal * cos + (x * cos_turn + y * sin_turn) * (1.0 - cos * cos).sqrt();
+        f64::from(light.environment_radiance(wi.as_vec3())[0]) * cos * 2.0 * PI / cells
+    };
+    (0..SIDES[0] * SIDES[1]).map(cell).sum()
 }
 
 /// A t-test, but for differences within f32 rounding of `scale`, the irradiance of a receiver that faces the light:

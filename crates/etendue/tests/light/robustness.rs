@@ -4,9 +4,9 @@ use super::{cases, double, samples};
 use etendue::{
     light::{
         ConstantEnvironment, DirectionalLight, ImageEnvironment, Light, LightContext, PointLightSource, RadianceMap,
-        RectangleLight, SphereLight, SpotLight, TriangleLight,
+        RectangleLight, SphereLight, SpotLight, SunSky, TriangleLight,
     },
-    math::{DMat3, Vec3},
+    math::{DMat3, DVec3, Vec3},
     spectrum::Spectrum,
 };
 use etendue_testkit::Rng;
@@ -54,7 +54,7 @@ fn ugly_light(rng: &mut Rng) -> Light {
     let radiance = Spectrum::ONE;
     let two_sided = one_in(2, rng);
     let [a, b, c, d] = [(); 4].map(|()| ugly_vector(rng));
-    match rng.u32() % 8 {
+    match rng.u32() % 9 {
         0 => Light::Triangle(TriangleLight { vertices: [a, b, c], radiance, two_sided }),
         1 => Light::Rectangle(RectangleLight { corner: a, u: b, v: c, radiance, two_sided }),
         2 => Light::Sphere(SphereLight { center: a, axes: [b, c, d], radiance, two_sided }),
@@ -69,6 +69,7 @@ fn ugly_light(rng: &mut Rng) -> Light {
             Light::Directional(DirectionalLight { direction, irradiance: radiance })
         }
         6 => ugly_image(rng),
+        7 => ugly_sun(rng),
         _ => Light::Environment(ConstantEnvironment { radiance }),
     }
 }
@@ -82,6 +83,14 @@ fn ugly_image(rng: &mut Rng) -> Light {
     Light::Image(Arc::new(ImageEnvironment::new(Arc::new(map), orientation, Spectrum::ONE)))
 }
 
+fn ugly_sun(rng: &mut Rng) -> Light {
+    let map = RadianceMap::new(1, 1, vec![[(); 3].map(|()| ugly_number(rng))]).unwrap();
+    let sky = ImageEnvironment::new(Arc::new(map), DMat3::IDENTITY, Spectrum::ONE);
+    let [to_sun, up] = [(); 2].map(|()| DVec3::from(rng.direction()));
+    let irradiance = Spectrum([(); 3].map(|()| ugly_number(rng)));
+    Light::SunSky(Arc::new(SunSky::new(sky, to_sun, up, rng.range(1e-4, 1.5), irradiance)))
+}
+
 fn ugly_context(rng: &mut Rng, light: &Light) -> LightContext {
     let on_light = match light {
         Light::Triangle(t) => [t.vertices[0], (t.vertices[0] + t.vertices[1]) * 0.5, t.vertices[2]],
@@ -89,7 +98,7 @@ fn ugly_context(rng: &mut Rng, light: &Light) -> LightContext {
         Light::Sphere(s) => [s.center, s.center + s.axes[0], s.center - s.axes[1]],
         Light::Point(p) => [p.position; 3],
         Light::Spot(s) => [s.position; 3],
-        Light::Directional(_) | Light::Environment(_) | Light::Image(_) => [Vec3::ZERO; 3],
+        Light::Directional(_) | Light::Environment(_) | Light::Image(_) | Light::SunSky(_) => [Vec3::ZERO; 3],
     };
     let point = match rng.u32() % 3 {
         0 => on_light[rng.u32() as usize % 3],

@@ -3,30 +3,31 @@
 use super::{canvas::Canvas, random::fractal};
 use glam::{DVec2, dvec2};
 
-const WIDTH: usize = 512;
-const HEIGHT: usize = 330;
+const SIDE: usize = 400;
 
-/// Middle and radius in units of the height, from the upper left, and colour as stored, from the back to the front.
-const BALLOONS: [(f64, f64, f64, [f64; 3]); 13] = [
-    (0.37, 0.08, 0.19, [0.50, 0.05, 0.62]),
-    (0.50, -0.03, 0.2, [0.33, 0.62, 0.10]),
-    (-0.03, 0.5, 0.22, [0.80, 0.09, 0.06]),
-    (0.80, 0.53, 0.23, [0.20, 0.52, 0.46]),
-    (0.89, 0.51, 0.13, [0.97, 0.90, 0.12]),
-    (0.51, 0.53, 0.22, [0.98, 0.50, 0.07]),
-    (1.31, 0.07, 0.17, [0.22, 0.55, 0.47]),
-    (1.28, 0.0, 0.12, [0.42, 0.66, 0.08]),
-    (1.55, 0.57, 0.2, [0.84, 0.12, 0.05]),
-    (1.36, 0.45, 0.23, [0.98, 0.93, 0.10]),
-    (1.04, 0.45, 0.2, [0.45, 0.68, 0.09]),
-    (0.94, 0.92, 0.18, [0.97, 0.92, 0.18]),
-    (0.06, 1.02, 0.13, [0.35, 0.63, 0.12]),
+/// Middle from the upper left and radius, the side being 1, and colour as stored, from the back to the front. What the floor of
+/// figure 7 smears to its left lies above on the left of (0.84, 0.34), and so on round that point.
+const BALLOONS: [(f64, f64, f64, [f64; 3]); 14] = [
+    (0.30, 0.08, 0.12, [0.50, 0.05, 0.62]),
+    (0.08, 0.78, 0.13, [0.20, 0.52, 0.46]),
+    (0.70, 0.95, 0.14, [0.20, 0.52, 0.46]),
+    (0.47, 0.27, 0.12, [0.84, 0.16, 0.06]),
+    (0.64, 0.14, 0.20, [0.98, 0.50, 0.07]),
+    (0.90, 0.06, 0.10, [0.97, 0.90, 0.12]),
+    (0.98, 0.20, 0.11, [0.60, 0.72, 0.08]),
+    (0.86, 0.80, 0.15, [0.33, 0.62, 0.10]),
+    (0.99, 0.66, 0.11, [0.97, 0.90, 0.12]),
+    (0.36, 0.92, 0.10, [0.97, 0.92, 0.18]),
+    (0.03, 0.20, 0.10, [0.80, 0.09, 0.06]),
+    (0.12, 0.28, 0.08, [0.97, 0.80, 0.10]),
+    (0.51, 0.74, 0.08, [0.30, 0.58, 0.52]),
+    (0.76, 0.40, 0.07, [0.97, 0.62, 0.10]),
 ];
 
 /// The PNG file.
 pub fn png() -> Vec<u8> {
-    let mut canvas = Canvas::new(WIDTH, HEIGHT, [0.0; 3]);
-    let scale = 1.0 / HEIGHT as f64;
+    let mut canvas = Canvas::new(SIDE, SIDE, [0.0; 3]);
+    let scale = 1.0 / SIDE as f64;
     canvas.shade(|p, _| {
         let p = p * scale;
         BALLOONS.iter().fold(sky(p), |under, balloon| over(under, p, balloon))
@@ -38,10 +39,11 @@ fn mix(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
     [0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * t.clamp(0.0, 1.0))
 }
 
-/// White above on the left, deep blue below on the right, ragged between.
+/// Ragged white clouds on the left and right, blue below.
 fn sky(p: DVec2) -> [f64; 3] {
-    let wisps = fractal([2.2 * p.x, 3.6 * p.y, 0.0], 5, 11);
-    let cloud = 1.25 - 0.42 * p.x - 0.75 * p.y + 0.55 * wisps;
+    let wisps = fractal([3.6 * p.x, 5.2 * p.y, 0.0], 5, 11);
+    let bank = |x: f64, y: f64, size: f64| libm::exp(-(p - dvec2(x, y)).length_squared() / (size * size));
+    let cloud = 1.15 * bank(0.2, 0.5, 0.34) + 0.9 * bank(1.0, 0.42, 0.2) + 0.5 * bank(0.75, 0.62, 0.2) + 0.5 * wisps;
     let blue = mix([0.55, 0.74, 0.93], [0.16, 0.42, 0.80], 0.2 + 0.8 * p.y);
     mix(blue, [0.95, 0.95, 0.97], (cloud - 0.2) * 1.6)
 }
@@ -52,7 +54,7 @@ fn over(under: [f64; 3], p: DVec2, &(x, y, radius, colour): &(f64, f64, f64, [f6
     // A little longer than wide, towards the knot below.
     let d = dvec2(d.x * (1.0 + 0.06 * d.y), d.y * 0.97);
     let off = d.length();
-    let cover = ((1.0 - off) * radius * HEIGHT as f64 + 0.5).clamp(0.0, 1.0);
+    let cover = ((1.0 - off) * radius * SIDE as f64 + 0.5).clamp(0.0, 1.0);
     if cover <= 0.0 {
         return under;
     }

@@ -13,14 +13,9 @@ use std::f64::consts::PI;
 /// Length of the finished model, metres, along y. The scenes scale it by 1.5.
 const LENGTH: f64 = 2.0;
 /// Faces of the mesh that the figures use, about.
-const FACES: usize = 56_000;
+pub const FACES: usize = 56_000;
 /// What positions are rounded to.
-const QUANTUM: f64 = 1.0 / 16_000.0;
-
-/// The compressed PLY file.
-pub fn ply_gz() -> Vec<u8> {
-    mesh(FACES).ply_gz(QUANTUM)
-}
+pub const QUANTUM: f64 = 1.0 / 16_000.0;
 
 /// A closed mesh of about so many faces: z up, head towards -y, the lowest corner of its bounding box at the origin.
 pub fn mesh(faces: usize) -> Mesh {
@@ -168,30 +163,14 @@ impl Dragon {
 
     fn legs(&mut self) {
         // Front legs: shoulder, elbow, wrist; then hind legs: hip, knee, ankle. The side is the sign of y.
-        self.leg(
-            -1.0,
-            [dvec3(-0.44, -0.14, 0.33), dvec3(-0.25, -0.31, 0.24), dvec3(-0.45, -0.4, 0.085)],
-            dvec3(-0.9, -0.35, 0.0),
-            1.0,
-        );
-        self.leg(
-            1.0,
-            [dvec3(-0.46, 0.16, 0.33), dvec3(-0.3, 0.33, 0.22), dvec3(-0.56, 0.39, 0.085)],
-            dvec3(-0.95, 0.3, 0.0),
-            1.0,
-        );
-        self.leg(
-            -1.0,
-            [dvec3(0.44, -0.1, 0.3), dvec3(0.24, -0.27, 0.3), dvec3(0.33, -0.36, 0.085)],
-            dvec3(-0.85, -0.5, 0.0),
-            1.06,
-        );
-        self.leg(
-            1.0,
-            [dvec3(0.54, 0.12, 0.32), dvec3(0.36, 0.31, 0.29), dvec3(0.5, 0.38, 0.085)],
-            dvec3(-0.7, 0.7, 0.0),
-            1.06,
-        );
+        let front = [dvec3(-0.44, -0.12, 0.33), dvec3(-0.25, -0.27, 0.25), dvec3(-0.46, -0.32, 0.085)];
+        self.leg(-1.0, front, dvec3(-0.95, -0.2, 0.0), 1.0);
+        let front = [dvec3(-0.46, 0.13, 0.33), dvec3(-0.31, 0.26, 0.24), dvec3(-0.58, 0.27, 0.085)];
+        self.leg(1.0, front, dvec3(-0.98, 0.08, 0.0), 1.0);
+        let hind = [dvec3(0.44, -0.1, 0.3), dvec3(0.25, -0.24, 0.31), dvec3(0.34, -0.31, 0.085)];
+        self.leg(-1.0, hind, dvec3(-0.9, -0.3, 0.0), 1.06);
+        let hind = [dvec3(0.54, 0.1, 0.32), dvec3(0.36, 0.25, 0.3), dvec3(0.5, 0.28, 0.085)];
+        self.leg(1.0, hind, dvec3(-0.9, 0.3, 0.0), 1.06);
     }
 
     fn leg(&mut self, side: f64, [top, middle, end]: [DVec3; 3], toes: DVec3, size: f64) {
@@ -479,5 +458,21 @@ impl Vertebra {
         let scale = bump(u + 0.5 * v) * bump(u - 0.5 * v);
         let plate = bump(along * 2.6);
         0.011 * strength * ((1.0 - to_belly) * scale + to_belly * 1.3 * plate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_dragon_is_one_closed_solid() {
+        let dragon = mesh(14_000);
+        assert!((13_500..14_500).contains(&dragon.triangles.len()), "{}", dragon.triangles.len());
+        assert_eq!(dragon.open_edges(), 0);
+        let solids = dragon.solids();
+        assert!(solids.len() == 1 && solids[0] > 0.3, "{solids:?}");
+        let [low, high] = dragon.bounds();
+        assert!(low.length() < 1e-9 && (high.y - LENGTH).abs() < 1e-9, "{low} {high}");
     }
 }

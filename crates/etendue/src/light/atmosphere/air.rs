@@ -53,20 +53,26 @@ pub fn densities(height: f64) -> Amounts {
 pub struct Air {
     /// Of molecules.
     pub molecular: Bands,
-    /// Scattering by aerosol.
+    /// Scattering by aerosol, all of it.
     pub aerosol: Bands,
+    /// Scattering by aerosol that counts as such where light is scattered more than once.
+    broad: Bands,
     /// Extinction by molecules, aerosol, ozone.
     extinction: [Bands; 3],
 }
 
 impl Air {
-    /// `turbidity` is the optical depth of molecules and aerosol straight up over that of molecules, at 550 nm.
-    pub fn new(turbidity: f64) -> Self {
+    /// `turbidity` is the optical depth of molecules and aerosol straight up over that of molecules, at 550 nm. The fraction
+    /// `ahead` of what aerosol scatters counts as going straight on, so that it is no extinction.
+    pub fn new(turbidity: f64, ahead: f64) -> Self {
         let molecular = at_middles(|w| molecular_depth(w) / SCALE_HEIGHTS[0]);
         let aerosol_depth = (turbidity - 1.0) * molecular_depth(550.0);
         let extinction = at_middles(|w| aerosol_depth * libm::pow(w / 550.0, -ANGSTROM) / SCALE_HEIGHTS[1]);
         let ozone = ozone().map(|section| section * OZONE_COLUMN / OZONE_LAYER[1]);
-        Self { molecular, aerosol: extinction.map(|e| e * AEROSOL_ALBEDO), extinction: [molecular, extinction, ozone] }
+        let aerosol = extinction.map(|e| e * AEROSOL_ALBEDO);
+        let broad = aerosol.map(|a| a * (1.0 - ahead));
+        let stopped = extinction.map(|e| e * (1.0 - AEROSOL_ALBEDO * ahead));
+        Self { molecular, aerosol, broad, extinction: [molecular, stopped, ozone] }
     }
 
     /// Optical depth of amounts along a path.
@@ -80,9 +86,9 @@ impl Air {
         self.depth(amounts).map(|depth| exp_wide(-depth))
     }
 
-    /// Scattering by all parts at these densities, 1/m.
+    /// Scattering by all parts at these densities, without what goes straight on, 1/m.
     pub fn scattering(&self, densities: Amounts) -> Bands {
-        std::array::from_fn(|i| self.molecular[i] * densities[0] + self.aerosol[i] * densities[1])
+        std::array::from_fn(|i| self.molecular[i] * densities[0] + self.broad[i] * densities[1])
     }
 }
 

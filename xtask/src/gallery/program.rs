@@ -1,0 +1,65 @@
+//! The renderer: built for speed, run as anyone would.
+
+use crate::cargo;
+use serde_json::Value;
+use std::{
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+/// The release program.
+pub struct Program(PathBuf);
+
+impl Program {
+    /// Builds it.
+    pub fn build() -> Result<Self, String> {
+        let arguments = [
+            "build",
+            "--release",
+            "--locked",
+            "--package",
+            "etendue-cli",
+            "--message-format",
+            "json-render-diagnostics",
+        ];
+        let output =
+            cargo(&arguments).stderr(Stdio::inherit()).output().map_err(|e| format!("cannot run cargo: {e}"))?;
+        if !output.status.success() {
+            return Err("the program does not build".to_owned());
+        }
+        let messages = String::from_utf8_lossy(&output.stdout);
+        let executable =
+            |line: &str| Some(PathBuf::from(serde_json::from_str::<Value>(line).ok()?["executable"].as_str()?));
+        messages.lines().filter_map(executable).next_back().map(Self).ok_or_else(|| "cargo names no program".to_owned())
+    }
+
+    /// Renders a scene file to a picture and returns what the program tells of it.
+    pub fn render(&self, scene: &Path, picture: &Path, quick: bool) -> Result<Value, String> {
+        let mut command = Command::new(&self.0);
+        command.arg("render").arg(scene).arg("--output").arg(picture).arg("--json");
+        if quick {
+            let info = self.info(scene)?;
+            let size = |i: usize| (info["size"][i].as_u64().unwrap_or(4) / 4).max(1);
+            let spp = (info["spp"].as_u64().unwrap_or(16) / 16).max(1);
+            command.arg("--size").arg(format!("{}x{}", size(0), size(1))).arg("--spp").arg(spp.to_string());
+        }
+        self.ask(&mut command, scene)
+    }
+
+    /// What the program knows of a file.
+    pub fn info(&self, file: &Path) -> Result<Value, String> {
+        self.ask(Command::new(&self.0).arg("info").arg(file).arg("--json"), file)
+    }
+
+    /// Runs a command that prints one JSON object; its messages go to the terminal.
+    fn ask(&self, command: &mut Command, file: &Path) -> Result<Value, String> {
+        let output = command.stderr(Stdio::inherit()).output().map_err(|e| format!("{}: {e}", self.0.display()))?;
+        match output.status.code() {
+            Some(0) => {
+                serde_json::from_slice(&output.stdout).map_err(|e| format!("{}: the program said: {e}", file.display()))
+            }
+            Some(130) | None => Err("stopped".to_owned()),
+            Some(code) => Err(format!("{}: the program ended with code {code}", file.display())),
+        }
+    }
+}
