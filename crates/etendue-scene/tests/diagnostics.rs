@@ -332,6 +332,61 @@ fn lenses_that_contradict_themselves() {
 }
 
 #[test]
+fn suns_of_skies() {
+    body_says(
+        "[environment]\ntype = \"sky\"\nsun = [0, 1, 0]\nelevation = 100\nturbidity = 0.5\nup = \"z\"\nnorth = [0, 0, 2]\n\
+         ground = 2\nsun_disk = 1\nradiance = 3",
+        &[
+            "s.toml:5:13: error: `elevation` is out of range: 100 (must be at least -90 and at most 90)",
+            "s.toml:5:1: error: `sun` and `elevation` exclude each other; keep one of them",
+        ],
+    );
+}
+
+#[test]
+fn dates_of_skies() {
+    let sky = |keys: &str| format!("[environment]\ntype = \"sky\"\n{keys}");
+    for good in [
+        "date = 2024-06-21\ntime = 14:30:00\nlatitude = 1\nlongitude = 2",
+        "date = \"2024-06-21\"\ntime = \"24:00\"\nlatitude = 1\nlongitude = 2",
+        "date = \"2024-02-29\"\nlatitude = 1\nlongitude = 2\nutc_offset = -11.5",
+        "",
+    ] {
+        body_says(&sky(good), &[]);
+    }
+    let place = "latitude = 1\nlongitude = 2";
+    for (bad, said) in [
+        (
+            "date = \"yesterday\"",
+            "s.toml:4:8: error: `date` is not a date (expected year, month and day such as \"2024-06-21\")",
+        ),
+        (
+            "date = \"2023-02-29\"",
+            "s.toml:4:8: error: `date` is not in the calendar (expected a day of the years 1600 to 2400)",
+        ),
+        ("date = 7", "s.toml:4:8: error: `date` must be a date or time (this is an integer); write \"2024-06-21\""),
+        (
+            "date = 2024-06-21\ntime = \"25:00\"",
+            "s.toml:5:8: error: `time` is not a time of day (expected hours and minutes such as \"14:30\")",
+        ),
+        (
+            "date = 2024-06-21\ntime = \"1:2:3.\u{e9}\u{e9}\u{e9}\u{e9}\"",
+            "s.toml:5:8: error: `time` is not a time of day (expected hours and minutes such as \"14:30\")",
+        ),
+    ] {
+        body_says(&sky(&format!("{bad}\n{place}")), &[said]);
+    }
+    body_says(
+        &sky("date = 2024-06-21\nlatitude = 5"),
+        &["s.toml:2:1: error: [environment] of type `sky` needs `longitude` for its `date`"],
+    );
+    body_says(
+        &sky("time = \"12:00\""),
+        &["s.toml:2:1: error: [environment] of type `sky` needs `date` for its `time`"],
+    );
+}
+
+#[test]
 fn textures_of_textures() {
     let part =
         |name: &str, of: &str| format!("[textures.{name}]\ntype = \"multiply\"\ncolor1 = {{ texture = \"{of}\" }}\n");

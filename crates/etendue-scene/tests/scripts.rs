@@ -7,7 +7,7 @@ use etendue::{
     math::DVec3,
     sampling::Filter,
     spectrum::Spectrum,
-    texture::{Pattern, Transfer},
+    texture::{Pattern, Transfer, Wrap},
     tonemap::{DisplayTransform, Encoding},
 };
 use etendue_scene::{
@@ -346,6 +346,7 @@ fn materials_mean_what_they_meant() {
     let texture = floor.diffuse.texture.as_ref().unwrap();
     let Pattern::Image(image) = &texture.pattern else { panic!() };
     assert_eq!((image.transfer, floor.diffuse.factor), (Some(Transfer::Linear), Spectrum::splat(0.5)));
+    assert_eq!(texture.mapping.wrap, [Wrap::Clamp; 2]);
     assert_eq!((floor.specular.factor, floor.exponent.factor), (Spectrum::splat(0.25), 50.0));
     let glass = phong(&scene, "glass");
     assert_eq!(glass.transmission.factor, Spectrum::BLACK, "nothing says that it is transparent");

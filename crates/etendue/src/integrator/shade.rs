@@ -156,7 +156,7 @@ impl<'a> Vertex<'a> {
                 textured
             }
         };
-        let horizon = Horizon::new(context, &mut point, hit, wo, relief, bsdf.transmits());
+        let horizon = Horizon::new(context, &mut point, hit, wo, relief, bsdf);
         let frame = frame(context, &point, hit, bsdf);
         let local_wo = frame.to_local(wo);
         Self { point, bsdf, frame, wo, local_wo, horizon }
