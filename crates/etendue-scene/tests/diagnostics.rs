@@ -411,7 +411,7 @@ fn textures_of_textures() {
             "s.toml:11:11: error: textures are made of each other: d -> d; a texture cannot be a part of itself",
         ],
     );
-    body_says(&part("a", "wod"), &["s.toml:4:22: error: no texture is called `wod`; did you mean `a`?"]);
+    body_says(&part("a", "wod"), &["s.toml:4:22: error: no texture is called `wod`; define it in [textures.NAME]"]);
     // Each doubles the one before.
     let mut wide = "[textures.t0]\ntype = \"checker\"\n".to_owned();
     for i in 1..8 {
