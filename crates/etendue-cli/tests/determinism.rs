@@ -8,8 +8,8 @@ use etendue::image::ChannelData;
 use etendue_accel::Isa;
 
 /// Scenes that ship with the project: a box, glass with spheres and instances, a mesh, a lens with rough metal, textures,
-/// brushed metal.
-const SCENES: [&str; 6] = ["cornell-box", "glass-spheres", "mesh", "lens-metal", "still-life", "brushed-metal"];
+/// brushed metal, media in bodies within each other.
+const SCENES: [&str; 7] = ["cornell-box", "glass-spheres", "mesh", "lens-metal", "still-life", "brushed-metal", "fog"];
 
 /// All layers, so that the hash covers them.
 const LAYERS: &str = "--aov albedo,normal,depth,ids,variance";
