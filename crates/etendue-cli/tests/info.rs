@@ -117,6 +117,7 @@ fn of_a_scene() {
         "integrator",
         "kind",
         "materials",
+        "media",
         "memory",
         "objects",
         "placed_triangles",
@@ -154,6 +155,38 @@ fn of_a_picture() {
     assert_eq!(info["channels"][2]["nonfinite"], 1);
     let text = folder.run("info bad.pfm").with_code(0).stdout;
     assert!(text.contains("2 x 1") && text.contains("1 not finite"), "{text}");
+}
+
+#[test]
+fn of_a_volume() {
+    let folder = folder();
+    let mut npy = b"\x93NUMPY\x01\x00".to_vec();
+    let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 1, 3)}";
+    npy.extend((header.len() as u16).to_le_bytes());
+    npy.extend(header.as_bytes());
+    [0.5f32, 1.0, -1.0, 0.0, f32::NAN, 2.5].iter().for_each(|v| npy.extend(v.to_le_bytes()));
+    folder.put("v.npy", &npy);
+    let info = folder.run("info v.npy --json").with_code(0).json();
+    let grid = ["bytes", "max", "mean", "min", "repaired", "samples", "size"];
+    let mut expected = [&grid[..], &["file", "file_bytes", "format", "kind"]].concat();
+    expected.sort();
+    assert_eq!(keys(&info), expected);
+    assert_eq!((&info["kind"], &info["size"], &info["samples"]), (&json!("volume"), &json!([2, 1, 3]), &json!("f32")));
+    assert_eq!((&info["min"], &info["max"], &info["repaired"]), (&json!(0.0), &json!(2.5), &json!(2)));
+    assert!((info["mean"].as_f64().unwrap() - 4.0 / 6.0).abs() < 1e-9);
+    let text = folder.run("info v.npy").with_code(0).stdout;
+    assert!(text.contains("2 x 1 x 3") && text.contains("2 negative or not finite"), "{text}");
+    let medium =
+        "[media.m]\nscattering = [1, 2, 3]\ndensity = { file = \"v.npy\", min = [0, 0, 0], max = [1, 1, 1] }\n";
+    folder.put("s.toml", format!("{SCENE}\n{medium}"));
+    let info = folder.run("info s.toml --json").with_code(0).json();
+    let media = info["media"].as_array().unwrap();
+    assert_eq!((media.len(), keys(&media[0])), (1, vec!["absorption", "emits", "grid", "name", "scattering"]));
+    assert_eq!((keys(&media[0]["grid"]), &media[0]["scattering"]), (grid.to_vec(), &json!([1.0, 2.0, 3.0])));
+    let text = folder.run("info s.toml").with_code(0).stdout;
+    assert!(text.contains("m: absorption 0 0 0, scattering 1 2 3, times 2 x 1 x 3 voxels of 0 to 2.5"), "{text}");
+    folder.put("w.npy", &npy[..20]);
+    folder.run("info w.npy").with_code(2).saying(&["w.npy", "at byte 20"]);
 }
 
 #[test]

@@ -82,7 +82,7 @@ pub fn read(path: &Path) -> Result<ImageInfo, Failure> {
     let bytes = sources.bytes(file);
     let format = format_name(path, &bytes).ok_or_else(|| {
         Failure::new(Exit::BadInput, format!("{} is nothing that is read", path.display())).hint(
-            "info reads scenes (.toml), models (.obj, .ply, .stl, .off) and pictures (.png, .exr, .hdr, .jpg, ...)",
+            "info reads scenes (.toml), models (.obj, .ply, .stl, .off), volumes (.npy) and pictures (.png, .exr, .hdr, .jpg, ...)",
         )
     })?;
     let image = decode_image(path, &bytes, &limits)?;

@@ -5,6 +5,7 @@ mod mesh;
 mod records;
 mod scene;
 mod text;
+mod volume;
 
 use crate::{
     args::InfoArgs,
@@ -23,6 +24,9 @@ pub fn run(args: &InfoArgs) -> Result<Exit, Failure> {
     }
     if model::is_model(path) {
         return print(&mesh::read(path)?, args.json);
+    }
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy")) {
+        return print(&volume::read(path)?, args.json);
     }
     if not_read_yet(path).is_some() {
         let error = unknown_kind(path);

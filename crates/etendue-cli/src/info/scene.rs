@@ -4,6 +4,7 @@ use super::{
     Told,
     records::{Bounds, FindingEntry, KeyEntry, MaterialEntry, Memory, TextureEntry, mesh_bytes, points},
     text::{self, Page},
+    volume::MediumEntry,
 };
 use crate::{
     exit::{Exit, Failure},
@@ -36,6 +37,7 @@ pub struct SceneInfo {
     placed_triangles: usize,
     spheres: usize,
     materials: Vec<MaterialEntry>,
+    media: Vec<MediumEntry>,
     /// Objects with a material that emits.
     emitting_objects: usize,
     /// Points, spots and the like.
@@ -106,6 +108,7 @@ pub fn read(path: &Path) -> Result<SceneInfo, Failure> {
         placed_triangles: counts.placed_triangles,
         spheres: counts.spheres,
         materials: parts.materials.iter().map(MaterialEntry::new).collect(),
+        media: parts.media.iter().map(MediumEntry::new).collect(),
         emitting_objects: counts.emitting,
         delta_lights: parts.delta_lights.len(),
         environment: parts.environment.as_ref().map(|environment| match environment {
@@ -192,6 +195,7 @@ impl Told for SceneInfo {
         let (emitting, delta) = (text::count(self.emitting_objects), text::count(self.delta_lights));
         page.row("lights", format!("{emitting} objects emit, {delta} without extent, {environment} environment"));
         page.rows("materials", self.materials.iter().map(MaterialEntry::text));
+        page.rows("media", self.media.iter().map(MediumEntry::text));
         page.rows("textures", self.textures.iter().map(TextureEntry::text));
         page.rows("bounds", self.bounds.iter().map(|b| format!("{}, metres", b.text())));
         page.row("memory", self.memory.text());
