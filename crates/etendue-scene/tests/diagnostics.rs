@@ -330,3 +330,126 @@ fn lenses_that_contradict_themselves() {
         &["s.toml:6:1: error: `blades` is not a key of type `orthographic`; it belongs to `perspective`"],
     );
 }
+
+#[test]
+fn suns_of_skies() {
+    body_says(
+        "[environment]\ntype = \"sky\"\nsun = [0, 1, 0]\nelevation = 100\nturbidity = 0.5\nup = \"z\"\nnorth = [0, 0, 2]\n\
+         ground = 2\nsun_disk = 1\nradiance = 3",
+        &[
+            "s.toml:5:1: error: `sun` and `elevation` exclude each other; keep one of them",
+            "s.toml:5:13: error: `elevation` is out of range: 100 (must be at least -90 and at most 90)",
+            "s.toml:6:13: error: `turbidity` is out of range: 0.5 (must be at least 1 and at most 10)",
+            "s.toml:8:9: error: `north` points up or down (expected a direction across z)",
+            "s.toml:9:10: error: `ground` is out of range: 2 (must be at least 0 and at most 1)",
+            "s.toml:10:12: error: `sun_disk` must be true or false (this is an integer)",
+            "s.toml:11:1: error: `radiance` is not a key of type `sky`; it belongs to `constant`",
+        ],
+    );
+}
+
+#[test]
+fn dates_of_skies() {
+    let sky = |keys: &str| format!("[environment]\ntype = \"sky\"\n{keys}");
+    for good in [
+        "date = 2024-06-21\ntime = 14:30:00\nlatitude = 1\nlongitude = 2",
+        "date = \"2024-06-21\"\ntime = \"24:00\"\nlatitude = 1\nlongitude = 2",
+        "date = \"2024-02-29\"\nlatitude = 1\nlongitude = 2\nutc_offset = -11.5",
+        "",
+    ] {
+        body_says(&sky(good), &[]);
+    }
+    let place = "latitude = 1\nlongitude = 2";
+    for (bad, said) in [
+        (
+            "date = \"yesterday\"",
+            "s.toml:4:8: error: `date` is not a date (expected year, month and day such as \"2024-06-21\")",
+        ),
+        (
+            "date = \"2023-02-29\"",
+            "s.toml:4:8: error: `date` is not in the calendar (expected a day of the years 1600 to 2400)",
+        ),
+        ("date = 7", "s.toml:4:8: error: `date` must be a date or time (this is an integer); write \"2024-06-21\""),
+        (
+            "date = 2024-06-21\ntime = \"25:00\"",
+            "s.toml:5:8: error: `time` is not a time of day (expected hours and minutes such as \"14:30\")",
+        ),
+        (
+            "date = 2024-06-21\ntime = \"1:2:3.\u{e9}\u{e9}\u{e9}\u{e9}\"",
+            "s.toml:5:8: error: `time` is not a time of day (expected hours and minutes such as \"14:30\")",
+        ),
+    ] {
+        body_says(&sky(&format!("{bad}\n{place}")), &[said]);
+    }
+    body_says(
+        &sky("date = 2024-06-21\nlatitude = 5"),
+        &["s.toml:2:1: error: [environment] of type `sky` needs `longitude` for its `date`"],
+    );
+    body_says(
+        &sky("time = \"12:00\""),
+        &["s.toml:2:1: error: [environment] of type `sky` needs `date` for its `time`"],
+    );
+}
+
+#[test]
+fn textures_of_textures() {
+    let part =
+        |name: &str, of: &str| format!("[textures.{name}]\ntype = \"multiply\"\ncolor1 = {{ texture = \"{of}\" }}\n");
+    // A chain of eight, and one more.
+    let mut chain = String::new();
+    for i in 0..8 {
+        chain += &part(&format!("t{i}"), &format!("t{}", i + 1));
+    }
+    chain += "[textures.t8]\ntype = \"checker\"\n";
+    body_says(&chain, &["s.toml:2:11: error: texture `t0` is nested more than 8 deep; mix fewer textures"]);
+    body_says(&chain.split_once("[textures.t1]").map(|(_, rest)| format!("[textures.t1]{rest}")).unwrap(), &[]);
+    let circle = [part("a", "b"), part("b", "c"), part("c", "b"), part("d", "d"), part("e", "a")].concat();
+    body_says(
+        &format!("{circle}[materials.m]\ntype = \"diffuse\"\nreflectance = {{ texture = \"e\" }}\n"),
+        &[
+            "s.toml:5:11: error: textures are made of each other: b -> c -> b; a texture cannot be a part of itself",
+            "s.toml:11:11: error: textures are made of each other: d -> d; a texture cannot be a part of itself",
+        ],
+    );
+    body_says(&part("a", "wod"), &["s.toml:4:22: error: no texture is called `wod`; define it in [textures.NAME]"]);
+    // Each doubles the one before.
+    let mut wide = "[textures.t0]\ntype = \"checker\"\n".to_owned();
+    for i in 1..8 {
+        let before = format!("{{ texture = \"t{}\" }}", i - 1);
+        wide += &format!("[textures.t{i}]\ntype = \"multiply\"\ncolor1 = {before}\ncolor2 = {before}\n");
+    }
+    body_says(&wide, &[]);
+    wide = wide.replacen("type = \"multiply\"", "type = \"mix\"\nweight = { texture = \"t0\" }", 1);
+    body_says(
+        &wide,
+        &[
+            "s.toml:28:11: error: texture `t7` is made of 319 textures; at most 256 are looked up; a texture counts as often \
+             as it is used",
+        ],
+    );
+}
+
+#[test]
+fn patterns_that_cannot_be() {
+    body_says(
+        "[textures.a]\ntype = \"noise\"\nrotate = 30\noctaves = 17\nfile = \"a.png\"\n\
+         [textures.b]\ntype = \"gradient\"\nfrom = [1, 0]\nstops = [{ at = 0.5, color = 1 }, { at = 0.25, color = 0 }]\n\
+         [textures.c]\ntype = \"gradient\"\nfrom = [1, 0]\nto = [1, 0]\nstops = [1]\n\
+         [textures.d]\ntype = \"mix\"\ncolor1 = -1\n\
+         [textures.e]\ntype = \"plaid\"\nscale = 2\n\
+         [textures.f]\ntype = \"gradient\"\nstops = []\n\
+         [textures.g]\nscale = [1, 2, 3]\n",
+        &[
+            "s.toml:4:10: error: `rotate` turns texture coordinates alone; turn the object, or write `coordinates = \"uv\"`",
+            "s.toml:5:11: error: `octaves` is out of range: 17 (must be from 1 to 16)",
+            "s.toml:6:1: error: `file` is not a key of type `noise`; it belongs to `image`",
+            "s.toml:10:9: error: `stops` are not in ascending order (each `at` must be at least that of the stop before)",
+            "s.toml:14:1: error: `from` and `to` of a gradient are the same point",
+            "s.toml:16:2: error: [textures.NAME] of type `mix` needs `weight`",
+            "s.toml:18:10: error: `color1` is out of range: -1 (must be at least 0 and at most 1e30)",
+            "s.toml:20:8: error: `type` has no `plaid`",
+            "s.toml:24:9: error: `stops` has 0 colours (expected from 1 to 64)",
+            "s.toml:25:2: error: [textures.NAME] needs `file`",
+        ],
+    );
+}

@@ -7,7 +7,7 @@ use etendue::{
     math::DVec3,
     sampling::Filter,
     spectrum::Spectrum,
-    texture::{Pattern, Transfer},
+    texture::{Pattern, Transfer, Wrap},
     tonemap::{DisplayTransform, Encoding},
 };
 use etendue_scene::{
@@ -277,7 +277,7 @@ fn what_is_wrong_is_told_with_its_place() {
         ),
         (
             "object scene/floor.obj\ncamera 0 0 0 1 0 0 0 0 1 2 1 1 1 1.5 0.1".to_owned(),
-            "scene/1.cfg:2:35: error: the focal plane lies before the window (must be beyond the window at 2)",
+            "scene/1.cfg:2:34: error: the focal plane lies before the window (must be beyond the window at 2)",
         ),
         (
             format!("object scene/floor.obj\n{CAMERA}camera::move roll 1"),
@@ -346,6 +346,7 @@ fn materials_mean_what_they_meant() {
     let texture = floor.diffuse.texture.as_ref().unwrap();
     let Pattern::Image(image) = &texture.pattern else { panic!() };
     assert_eq!((image.transfer, floor.diffuse.factor), (Some(Transfer::Linear), Spectrum::splat(0.5)));
+    assert_eq!(texture.mapping.wrap, [Wrap::Clamp; 2]);
     assert_eq!((floor.specular.factor, floor.exponent.factor), (Spectrum::splat(0.25), 50.0));
     let glass = phong(&scene, "glass");
     assert_eq!(glass.transmission.factor, Spectrum::BLACK, "nothing says that it is transparent");
@@ -431,8 +432,7 @@ fn the_scene_file_says_the_same() {
         format!("{:?}", (again.film.display, again.sampler, again.integrator, &again.environment)),
         format!("{:?}", (described.film.display, described.sampler, described.integrator, &described.environment))
     );
-    assert_eq!(again.camera.position, described.camera.position);
-    assert_eq!(again.camera.lens, described.camera.lens);
+    assert_eq!((again.camera.position, &again.camera.lens), (described.camera.position, &described.camera.lens));
     assert_eq!(again.materials.len(), described.materials.len());
     let steps = |d: &SceneDescription| d.objects[0].transform.iter().map(|s| s.value).collect::<Vec<_>>();
     assert_eq!(steps(&again), steps(&described));

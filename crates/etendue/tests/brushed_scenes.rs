@@ -1,5 +1,7 @@
 //! Brushed metal in scenes: the solvers agree, and arcs are worth their cost.
 
+#![allow(clippy::disallowed_methods)]
+
 mod common;
 
 use common::*;

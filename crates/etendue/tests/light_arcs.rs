@@ -110,7 +110,7 @@ fn is_close(light: &Light, point: Vec3) -> bool {
         Light::Sphere(s) => (point - s.center).length() - s.axes[0].length(),
         _ => 1.0,
     };
-    !(height.abs() > 1e-3)
+    height.abs() <= 1e-3 || height.is_nan()
 }
 
 #[test]

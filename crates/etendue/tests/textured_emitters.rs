@@ -12,7 +12,10 @@ use etendue::{
     math::{DAffine3, DVec3, Vec3, dvec3, vec3},
     scene::{Mesh, Scene, Shape},
     spectrum::Spectrum,
-    texture::{Channel, Filtering, Mapping, Pattern, Samples, Texture, TextureImage, Transfer, Wrap},
+    texture::{
+        Channel, Checker, Coordinates, Filtering, Grid, Mapping, Noise, Pattern, Procedure, Samples, Texture,
+        TextureImage, Transfer, Wrap,
+    },
 };
 use etendue_accel::{Hit, PrimitiveId, Ray};
 use etendue_testkit::{
@@ -210,6 +213,41 @@ fn an_even_texture_is_as_bright_as_none() {
     let (textured, plain) = (lit(true), lit(false));
     assert!(textured.lights().lights().len() == 256 && plain.lights().lights().len() == 1);
     assert_mean("textured", &mean(&textured), mean(&plain).mean(), 0.004);
+}
+
+/// Light that a procedure gives, in texture coordinates and in space, on a rectangle, a mesh and a ball.
+#[test]
+fn solvers_agree_on_computed_light() {
+    let mut parts = Parts::default();
+    let white = parts.diffuse([0.6; 3]);
+    parts.rectangle(dvec3(-3.0, 0.0, -3.0), dvec3(0.0, 0.0, 6.0), dvec3(6.0, 0.0, 0.0), white);
+    let of = |procedure, coordinates| {
+        let colors = [Spectrum::BLACK.into(), Spectrum([3.0, 2.0, 0.5]).into()];
+        Arc::new(Texture::of(Pattern::Procedure { procedure, coordinates, colors }))
+    };
+    let space = Coordinates::Object { scale: Vec3::splat(4.0), offset: Vec3::ZERO };
+    let screen = lamp(&mut parts, 1.0, of(Procedure::Checker(Checker), space), true);
+    parts.rectangle(dvec3(-1.6, 0.9, -1.0), dvec3(1.6, 0.0, 0.0), dvec3(0.0, 0.9, 0.0), screen);
+    let clouds = lamp(&mut parts, 1.5, of(Procedure::Noise(Noise::DEFAULT), space), false);
+    let ball = parts.shape(Shape::Sphere { center: DVec3::ZERO, radius: 0.3 });
+    parts.place(ball, DAffine3::from_translation(dvec3(-0.9, 1.3, 0.6)), clouds);
+    let board = lamp(&mut parts, 0.8, of(Procedure::Grid(Grid { width: 0.4 }), Coordinates::Uv), true);
+    parts.0.materials[board].opacity.texture = Some(of(Procedure::Checker(Checker), space));
+    let sheet = parts.shape(sheet());
+    parts.place(sheet, DAffine3::from_translation(dvec3(0.5, 1.2, -0.5)) * DAffine3::from_rotation_x(-1.2), board);
+    let (scene, view) = (parts.build(), camera(dvec3(0.3, 2.6, 4.0), dvec3(0.0, 0.3, 0.0)));
+    let mean = |integrator, spp| {
+        let settings = statistics(integrator, spp);
+        means(&scene, &view, [12, 12], &etendue::render::RenderSettings { max_depth: Some(3), ..settings }, 24)
+    };
+    let path = mean(Integrator::Path, 128);
+    for (integrator, spp) in [(Integrator::LightSplit, 128), (Integrator::Brute, 512)] {
+        let other = mean(integrator, spp);
+        let error = path.standard_error().hypot(other.standard_error());
+        let sigma = (path.mean() - other.mean()) / error;
+        assert!(error < 0.01 * path.mean(), "{integrator}: {error} of {}", path.mean());
+        assert!(sigma.abs() < 3.5, "{integrator}: {} and {}, {sigma:.1} sigma", path.mean(), other.mean());
+    }
 }
 
 /// One bright spot on a dark screen: light samples go there.

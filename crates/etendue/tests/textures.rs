@@ -12,7 +12,10 @@ use etendue::{
     scene::{Mesh, Scene, Shape},
     spectrum::Spectrum,
     surface::Chart,
-    texture::{Channel, Filtering, Lookup, Mapping, Samples, Texture, TextureImage, Transfer, UvTransform, Wrap},
+    texture::{
+        Channel, Coordinates, Filtering, Footprint, Gradient, Lookup, Mapping, Pattern, Samples, Stop, Texture,
+        TextureImage, Transfer, UvTransform, Wrap,
+    },
 };
 use etendue_accel::{Hit, PrimitiveId, Ray};
 use etendue_testkit::Rng;
@@ -296,6 +299,80 @@ fn a_ramp_tilts_the_normal() {
         "without directions there is no slope"
     );
 }
+
+/// The same slope from a gradient, in texture coordinates and in space, and with a footprint.
+#[test]
+fn computed_heights_tilt_the_normal() {
+    let normal = vec3(0.0, 0.0, 1.0);
+    let chart = Chart { uv: vec2(0.4, 0.3), dpdu: vec3(2.0, 0.5, 0.0), dpdv: vec3(0.0, 3.0, 0.0) };
+    let stops = [(0.0, 0.0), (1.0, 1.0)].map(|(at, grey)| Stop { at, color: Spectrum::splat(grey) });
+    let of = |coordinates, to| {
+        let gradient = Gradient { coordinates, from: Vec3::ZERO, to, radial: false, stops: stops.into() };
+        Number { factor: 0.5, texture: Some(Arc::new(Texture::of(Pattern::Gradient(gradient)))) }
+    };
+    // Up by 0.5 over 4 m along x, whose own space is turned by a quarter about z.
+    let space = of(Coordinates::Object { scale: Vec3::ONE, offset: Vec3::ZERO }, vec3(0.0, 4.0, 0.0));
+    let turned = |v: Vec3| vec3(-v.y, v.x, v.z);
+    let mut at = Lookup::new(chart.uv, vec3(0.3, 1.0, 0.0));
+    at.tangents = [turned(chart.dpdu), turned(chart.dpdv)];
+    let expected = vec3(-0.125, 0.0, 1.0).normalize();
+    for width in [0.0, 0.1] {
+        at.footprint =
+            Footprint { uv: [vec2(width, 0.0), vec2(0.0, width)], position: [Vec3::X * width, Vec3::Y * width] };
+        let found = Relief::Bump { height: space.clone() }.normal(normal, &at, &chart);
+        assert!((found - expected).length() < 1e-3, "{width}: {found}, not {expected}");
+    }
+    // 0.5 over one unit of u.
+    let along_u = Relief::Bump { height: of(Coordinates::Uv, Vec3::X) }.normal(normal, &at, &chart);
+    let expected = vec3(-0.25, 0.0, 1.0).normalize();
+    assert!((along_u - expected).length() < 1e-3, "{along_u}, not {expected}");
+    let colors = Number { factor: 1.0, texture: Some(Arc::new(Texture::of(Pattern::VertexColor))) };
+    assert_eq!(Relief::Bump { height: colors }.normal(normal, &at, &chart), normal, "without slope");
+}
+
+/// Colours of vertices are interpolated, also of instances and mirrored meshes; other shapes are white.
+#[test]
+fn colours_of_vertices() {
+    let Shape::Mesh(bare) = bent() else { panic!() };
+    let colors: Vec<[f32; 4]> = bare.positions.iter().map(|p| [0.1 + 0.4 * p[0], 0.5 * p[1], 0.25, 1.0]).collect();
+    let shape = Shape::Mesh(Mesh { colors: Some(colors.into()), ..bare });
+    for (copies, mirror) in [(1, 1.0), (1, -1.0), (2, -1.0)] {
+        let mut parts = Parts::default();
+        let white = parts.diffuse([0.5; 3]);
+        let shape = parts.shape(shape.clone());
+        let transform = DAffine3::from_scale(dvec3(mirror, 1.0, 1.0));
+        for copy in 0..copies {
+            parts.place(shape, DAffine3::from_translation(dvec3(0.0, 0.0, -5.0 * copy as f64)) * transform, white);
+        }
+        parts.sphere(dvec3(20.0, 0.0, 0.0), 1.0, white);
+        let scene = parts.build();
+        let look = |x: f64, y: f64| {
+            let from = (dvec3(x, y, 4.0) - scene.center()).as_vec3();
+            let ray = Ray { origin: from.into(), direction: [0.0, 0.0, -1.0], ..RAY };
+            let mut hits = [Hit::MISS];
+            scene.accelerator().closest_hits(&[ray], &mut hits);
+            scene.lookup(&scene.surface_point(&ray, &hits[0]), &hits[0])
+        };
+        for (x, y) in [(0.4, 0.3), (1.5, 0.9), (0.2, 1.1)] {
+            let at = look(x * mirror, y);
+            let expected = [0.1 + 0.4 * x as f32, 0.5 * y as f32, 0.25, 1.0];
+            assert!((0..4).all(|c| (at.color[c] - expected[c]).abs() < 1e-4), "{:?}, not {expected:?}", at.color);
+            // In the object's own space, wherever it is.
+            assert!((at.position - vec3(x as f32, y as f32, at.position.z)).length() < 1e-4, "{}", at.position);
+        }
+        assert_eq!(look(20.0, 0.1).color, [1.0; 4]);
+    }
+}
+
+const RAY: Ray = Ray {
+    origin: [0.0; 3],
+    t_min: 0.0,
+    direction: [0.0, 0.0, -1.0],
+    t_max: f32::INFINITY,
+    time: 0.0,
+    mask: u32::MAX,
+    skip: PrimitiveId::NONE,
+};
 
 #[test]
 fn normal_maps_follow_the_texture_coordinates() {

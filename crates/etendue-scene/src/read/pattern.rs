@@ -8,18 +8,18 @@ use super::{
 };
 use crate::{
     Diagnostic,
-    description::ImageRecord,
+    description::{ImageRecord, TextureRecord},
     value::{Data, Entry, Value},
 };
 use etendue::{
     math::{DVec3, Vec3},
     spectrum::Spectrum,
     texture::{
-        Checker, Child, Color, Coordinates, Gradient, Grid, MAX_OCTAVES, Marble, Noise, Parameter, Pattern, Procedure,
-        Stop, UvTransform, Wood,
+        Checker, Color, Coordinates, Gradient, Grid, MAX_OCTAVES, Marble, Noise, Pattern, Procedure, Stop, UvTransform,
+        Wood,
     },
 };
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
 /// Textures within textures, the outermost counted.
 pub const MAX_NESTING: u32 = 8;
@@ -65,46 +65,44 @@ pub fn pattern(fields: &Fields, kind: Kind, transform: &mut UvTransform) -> Opti
     let (white, black) = (Spectrum::ONE, Spectrum::BLACK);
     let (coordinates, procedure, default) = match kind {
         Kind::Image => return None,
-        Kind::Checker => (coordinates(fields, transform, false)?, Procedure::Checker(Checker), [white, black]),
+        Kind::Checker => (coordinates(fields, transform, false), Procedure::Checker(Checker), [white, black]),
         Kind::Grid => {
             let width = fields.read("width", |i| i.number_f32(Bounds::UNIT)).unwrap_or(Grid::DEFAULT.width);
-            (coordinates(fields, transform, false)?, Procedure::Grid(Grid { width }), [white, black])
+            (coordinates(fields, transform, false), Procedure::Grid(Grid { width }), [white, black])
         }
-        Kind::Noise => (coordinates(fields, transform, true)?, Procedure::Noise(noise(fields)), [black, white]),
+        Kind::Noise => (coordinates(fields, transform, true), Procedure::Noise(noise(fields)), [black, white]),
         Kind::Wood => {
             let Wood { axis, distortion, .. } = Wood::DEFAULT;
             let (axis, distortion, seed) = (axis_of(fields, axis), distorted(fields, distortion), seed(fields));
-            (coordinates(fields, transform, true)?, Procedure::Wood(Wood { axis, distortion, seed }), WOOD)
+            (coordinates(fields, transform, true), Procedure::Wood(Wood { axis, distortion, seed }), WOOD)
         }
         Kind::Marble => {
             let Marble { axis, distortion, .. } = Marble::DEFAULT;
             let (axis, distortion, seed) = (axis_of(fields, axis), distorted(fields, distortion), seed(fields));
-            (coordinates(fields, transform, true)?, Procedure::Marble(Marble { axis, distortion, seed }), MARBLE)
+            (coordinates(fields, transform, true), Procedure::Marble(Marble { axis, distortion, seed }), MARBLE)
         }
         Kind::Gradient => return gradient(fields, transform).map(Pattern::Gradient),
         Kind::Mix => {
-            let weight = fields.need("weight", |i| number(i, Bounds::UNIT).map(within));
-            return Some(Pattern::Mix { colors: colors(fields, [black, white])?, weight: weight? });
+            let weight = fields.need("weight", |i| number(i, Bounds::UNIT));
+            let colors = colors(fields, [black, white]);
+            return Some(Pattern::Mix { colors: colors?, weight: weight? });
         }
         Kind::Multiply => return Some(Pattern::Multiply(colors(fields, [white, white])?)),
         Kind::VertexColor => return Some(Pattern::VertexColor),
     };
-    Some(Pattern::Procedure { procedure, coordinates, colors: colors(fields, default)? })
+    // All keys are read, whatever is wrong with one of them.
+    let colors = colors(fields, default);
+    Some(Pattern::Procedure { procedure, coordinates: coordinates?, colors: colors? })
 }
 
 /// `color1` and `color2`. `None` after an error in one of them.
-fn colors(fields: &Fields, default: [Spectrum; 2]) -> Option<[Color<Child<ImageRecord>>; 2]> {
+fn colors(fields: &Fields, default: [Spectrum; 2]) -> Option<[Color<TextureRecord>; 2]> {
     let read = |key, default: Spectrum| match fields.get(key) {
         None => Some(default.into()),
-        Some(item) => color(item, Bounds::LIGHT).map(within),
+        Some(item) => color(item, Bounds::LIGHT),
     };
     let [first, second] = [read("color1", default[0]), read("color2", default[1])];
     Some([first?, second?])
-}
-
-/// A parameter of a texture within another one.
-fn within<V>(parameter: Parameter<V, crate::description::TextureRecord>) -> Parameter<V, Child<ImageRecord>> {
-    Parameter { factor: parameter.factor, texture: parameter.texture.map(Arc::new) }
 }
 
 fn noise(fields: &Fields) -> Noise {
@@ -136,23 +134,24 @@ fn coordinates(fields: &Fields, transform: &mut UvTransform, is_solid: bool) -> 
         *transform = uv_transform(fields);
         return Some(Coordinates::Uv);
     }
-    if let Some(item) = fields.get("rotate") {
+    let rotate = fields.get("rotate");
+    if let Some(item) = rotate {
         let error = Diagnostic::error("`rotate` turns texture coordinates alone");
         item.cx.push(error.at(item.value.origin.clone()).help("turn the object, or write `coordinates = \"uv\"`"));
-        return None;
     }
     let read = |key, default: f64| match fields.get(key) {
         None => Some(DVec3::splat(default)),
         Some(item) => item.per_axis(FAR),
     };
     let (scale, offset) = (read("scale", 1.0), read("offset", 0.0));
-    Some(Coordinates::Object { scale: scale?.as_vec3(), offset: offset?.as_vec3() })
+    let (scale, offset) = (scale?.as_vec3(), offset?.as_vec3());
+    rotate.is_none().then_some(Coordinates::Object { scale, offset })
 }
 
 fn gradient(fields: &Fields, transform: &mut UvTransform) -> Option<Gradient> {
-    let coordinates = coordinates(fields, transform, false)?;
+    let coordinates = coordinates(fields, transform, false);
     let radial = fields.read("radial", |i| i.boolean()).unwrap_or(false);
-    let is_uv = coordinates == Coordinates::Uv;
+    let is_uv = coordinates == Some(Coordinates::Uv);
     let (from, to) = match (is_uv, radial) {
         (true, false) => (Vec3::ZERO, Vec3::X),
         (true, true) => (Vec3::new(0.5, 0.5, 0.0), Vec3::new(1.0, 0.5, 0.0)),
@@ -168,7 +167,7 @@ fn gradient(fields: &Fields, transform: &mut UvTransform) -> Option<Gradient> {
         Some(item) => point(item),
     };
     let (from, to, stops) = (end("from", from), end("to", to), fields.need("stops", stops));
-    let (from, to, stops) = (from?, to?, stops?);
+    let (coordinates, from, to, stops) = (coordinates?, from?, to?, stops?);
     let length = (to - from).length();
     if !(length > 0.0 && length.is_finite()) {
         let origin = fields.key_origin("to").or(fields.key_origin("from")).unwrap_or(fields.origin);

@@ -107,6 +107,9 @@ fn materials(scene: &ScriptScene, found: &mut Diagnostics) {
         note(message, medium.origin.clone());
     }
     if let Some(image) = materials.images.first() {
-        note("pictures are taken as they are stored, without the transfer function of sRGB", image.origin.clone());
+        note(
+            "pictures are taken as they are stored, without the transfer function of sRGB, and go on with their edge",
+            image.origin.clone(),
+        );
     }
 }

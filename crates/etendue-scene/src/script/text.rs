@@ -63,6 +63,7 @@ pub fn scene_text<E>(scene: &ScriptScene, name: &mut dyn FnMut(&Path) -> Result<
         out.line(Some(&image.origin), format!("[textures.{}]", key(&image.name)));
         out.line(Some(&image.origin), format!("file = {file}"));
         out.line(Some(&image.origin), "encoding = \"linear\"");
+        out.line(Some(&image.origin), "wrap = \"clamp\"");
     }
     for surface in &scene.materials.surfaces {
         out.line(None, "");

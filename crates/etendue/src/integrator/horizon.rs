@@ -9,16 +9,17 @@
 //!   meet the own facet, so that nothing leaks.
 //! - *Tilted normals are lit up to a horizon that cuts them off.* Light from the direction wi is multiplied by the shadowing that
 //!   bumps of that tilt have as a microsurface (Conty Estevez, Lecocq and Stein, "A Microfacet-Based Shadowing Function to
-//!   Solve the Bump Terminator Problem", Ray Tracing Gems, 2019); it falls to 0 towards the horizon.
+//!   Solve the Bump Terminator Problem", Ray Tracing Gems, 2019); it falls to 0 towards the horizon. Mirrors do without:
+//!   what a bump hides from them is another bump, as bright.
 //! - *Tilted normals face away from a viewer who does see the surface*, or reflect the view into it. They are bent as
-//!   little as it takes for the mirror direction to be above the horizon (Keller et al., "The Iray Light Transport Simulation
+//!   little as it takes to be seen and, but for Lambertian surfaces, for the mirror direction to be above the horizon (Keller et al., "The Iray Light Transport Simulation
 //!   and Rendering System", 2017, A.3).
 //!
 //! No factor is above 1 and no density changes, so nothing gains energy, and light and BSDF samples still weigh the same
 //! integrand. As any shading normal, these are not reciprocal.
 
 use super::wave::Context;
-use crate::{math::Vec3, surface::SurfacePoint};
+use crate::{bsdf::Bsdf, math::Vec3, surface::SurfacePoint};
 use etendue_accel::Hit;
 
 /// Sine of the elevation that the mirror direction of the view is given at least, where the view itself is that high.
@@ -41,7 +42,7 @@ pub(super) struct Horizon {
 
 impl Horizon {
     /// The horizon of a point seen from `wo`, whose shading normal becomes the one to be used; `relief` is that of bumps.
-    /// `transmits` where light passes through the surface: such points are not lifted.
+    /// Points of surfaces that let light through are not lifted.
     #[inline]
     pub fn new(
         context: &Context,
@@ -49,13 +50,13 @@ impl Horizon {
         hit: &Hit,
         wo: Vec3,
         relief: Option<Vec3>,
-        transmits: bool,
+        bsdf: &Bsdf,
     ) -> Self {
         let true_normal = point.geometric_normal;
         if relief.is_none() && point.shading_normal == true_normal {
             return Self { base: true_normal, roughness: 0.0, lifted: None };
         }
-        Self::of_tilted(context, point, hit, wo, relief, transmits)
+        Self::of_tilted(context, point, hit, wo, relief, bsdf)
     }
 
     // Kept out of the loop over vertices, most of which are flat or exact spheres.
@@ -66,19 +67,23 @@ impl Horizon {
         hit: &Hit,
         wo: Vec3,
         relief: Option<Vec3>,
-        transmits: bool,
+        bsdf: &Bsdf,
     ) -> Self {
         let side = 1f32.copysign(wo.dot(point.geometric_normal));
         let smooth = point.shading_normal;
         let detailed = relief.unwrap_or(smooth);
         let is_coarse = smooth.dot(point.geometric_normal) < SMOOTH;
-        let lifted = if is_coarse && !transmits { context.scene.lifted(point, hit, side) } else { None };
+        let lifted = if is_coarse && !bsdf.transmits() { context.scene.lifted(point, hit, side) } else { None };
         let base = match lifted {
             Some(_) => facing(smooth, point.geometric_normal, wo, side),
             None => point.geometric_normal,
         };
-        let roughness = relief.map_or(0.0, |normal| squared_roughness(smooth.dot(normal)));
-        point.shading_normal = bent(detailed * side, base * side, wo) * side;
+        let normal = match bsdf {
+            Bsdf::Diffuse(_) => facing(detailed, base, wo, side),
+            _ => bent(detailed * side, base * side, wo) * side,
+        };
+        point.shading_normal = normal;
+        let roughness = if relief.is_some() { squared_roughness(smooth.dot(normal)) } else { 0.0 };
         Self { base, roughness, lifted }
     }
 

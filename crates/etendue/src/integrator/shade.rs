@@ -156,20 +156,31 @@ impl<'a> Vertex<'a> {
                 textured
             }
         };
-        let horizon = Horizon::new(context, &mut point, hit, wo, relief, bsdf.transmits());
+        let horizon = Horizon::new(context, &mut point, hit, wo, relief, bsdf);
         let frame = frame(context, &point, hit, bsdf);
         let local_wo = frame.to_local(wo);
         Self { point, bsdf, frame, wo, local_wo, horizon }
     }
 
-    /// Fraction of light from `wi` that the BSDF gets to see: 0 where shading and geometric normal do not agree on which
-    /// side `wi` is, below 1 where bumps throw shadows.
+    /// True if shading and geometric normal agree on which side `wi` is.
+    #[inline]
+    pub fn is_consistent(&self, wi: Vec3, local_wi: Vec3) -> bool {
+        if self.is_reflected(local_wi) {
+            self.horizon.is_above(wi, local_wi.z)
+        } else {
+            wi.dot(self.point.geometric_normal) * local_wi.z > 0.0
+        }
+    }
+
+    /// Fraction of light from `wi` that continuous lobes get to see: 0 where `wi` is not consistent, below 1 where bumps throw
+    /// shadows.
     #[inline]
     pub fn shadowing(&self, wi: Vec3, local_wi: Vec3) -> f32 {
-        if !self.is_reflected(local_wi) {
-            return f32::from(wi.dot(self.point.geometric_normal) * local_wi.z > 0.0);
+        match (self.is_consistent(wi, local_wi), self.is_reflected(local_wi)) {
+            (false, _) => 0.0,
+            (true, false) => 1.0,
+            (true, true) => self.horizon.shadowing(wi),
         }
-        if self.horizon.is_above(wi, local_wi.z) { self.horizon.shadowing(wi) } else { 0.0 }
     }
 
     #[inline]
@@ -382,10 +393,13 @@ fn scatter<const MEDIA: bool>(context: &Context, paths: &mut Paths, path: usize,
     let direction = context.sampler.two_d(key, number, Slot::BsdfDirection);
     let Some(sample) = vertex.bsdf.sample(vertex.local_wo, lobe, direction) else { return false };
     let wi = vertex.frame.to_world(sample.wi);
-    let shadowing = vertex.shadowing(wi, sample.wi);
-    if shadowing == 0.0 {
+    if !vertex.is_consistent(wi, sample.wi) {
         return false;
     }
+    let shadowing = match sample.density {
+        Density::Discrete(_) => 1.0,
+        _ => vertex.shadowing(wi, sample.wi),
+    };
     paths.throughput[path] = paths.throughput[path] * sample.weight * shadowing;
     paths.progress[path].eta *= sample.eta;
     if paths.throughput[path].is_black() || !survives(context, paths, path) {

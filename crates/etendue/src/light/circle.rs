@@ -148,11 +148,11 @@ impl LightCircle {
         if chord >= 1.0 {
             return arcs;
         }
-        if !(chord > 0.0) {
+        // No number where the sphere is in line with the grooves.
+        if chord <= 0.0 || chord.is_nan() {
             return Arcs::default();
         }
-        let half = 2.0 * libm::asin(chord.sqrt());
-        arcs.keep(libm::atan2(sin, cos), half);
+        arcs.keep(libm::atan2(sin, cos), 2.0 * libm::asin(chord.sqrt()));
         arcs
     }
 }
@@ -206,11 +206,11 @@ impl Arcs {
         if c >= r {
             return;
         }
-        if !(c > -r) {
+        if c > -r {
+            self.keep(libm::atan2(b, a), libm::atan2(((r - c) * (r + c)).sqrt(), -c));
+        } else {
             *self = Self::default();
-            return;
         }
-        self.keep(libm::atan2(b, a), libm::atan2(((r - c) * (r + c)).sqrt(), -c));
     }
 
     /// Keeps what is at most `half` in (0, pi) from `middle`, in [-pi, pi].

@@ -77,8 +77,9 @@ impl SunSky {
         let disk = Disk { axis, up: up.normalize().as_vec3(), chord, radiance: Spectrum::BLACK };
         let disk = Disk { radiance: irradiance / disk.solid_angle(), ..disk };
         let visible = disk.visible();
-        let sun =
-            (visible > 0.0 && !irradiance.is_black() && irradiance.0.iter().all(|c| c.is_finite())).then_some(disk);
+        // Radiance within the bounds of a map's.
+        let is_light = disk.radiance.0.iter().all(|c| (0.0..=1e30).contains(c)) && !irradiance.is_black();
+        let sun = (visible > 0.0 && is_light).then_some(disk);
         // The mean over the sphere.
         let from_sky = sky.radiance();
         let from_sun = sun.map_or(Spectrum::BLACK, |_| irradiance * (visible / (4.0 * PI)));

@@ -18,8 +18,9 @@ pub struct CosinePower {
 }
 
 impl Default for CosinePower {
+    /// Any angle alike: an exponent of 0.
     fn default() -> Self {
-        Self::new(0.0)
+        Self { exponent: 0.0, peak: 0.5 / PI }
     }
 }
 
@@ -42,6 +43,15 @@ impl CosinePower {
         if self.exponent == 0.0 { self.peak } else { self.peak * libm::exp(0.5 * self.exponent * libm::log1p(-sin2)) }
     }
 
+    /// [`Self::density`] from the angle's sine and cosine, precise to the end of the range.
+    #[inline]
+    fn density_at(&self, sin: f64, cos: f64) -> f64 {
+        if sin.abs() <= FRAC_1_SQRT_2 || self.exponent == 0.0 {
+            return self.density(sin * sin);
+        }
+        self.peak * libm::exp(self.exponent * libm::log(cos.max(1e-300)))
+    }
+
     /// Probability of angles between 0 and `angle` (radians, at most pi/2 in magnitude), with the sign of `angle`.
     ///
     /// The integral of cos^k from 0 to d is s c^(k+1) F(1, k/2 + 1; 3/2; s^2), that from d to pi/2 is
@@ -53,7 +63,7 @@ impl CosinePower {
             0.5
         } else {
             // Twice the density, for d instead of 2 d.
-            let scale = 2.0 * self.density(sin * sin) * sin * cos;
+            let scale = 2.0 * self.density_at(sin, cos) * sin * cos;
             let top = 0.5 * self.exponent + 1.0;
             if sin <= FRAC_1_SQRT_2 {
                 scale * series(top, 1.5, sin * sin)
@@ -81,7 +91,7 @@ impl CosinePower {
             } else {
                 low = angle
             }
-            let newton = error / (2.0 * self.density(sin * sin));
+            let newton = error / (2.0 * self.density_at(sin, cos));
             let step = newton / (1.0 + 0.5 * newton * self.exponent * sin / cos);
             let next = angle - step;
             if !(next > low && next < high) {
@@ -92,8 +102,8 @@ impl CosinePower {
                 continue;
             }
             angle = next;
-            // The error is of the third order in the step.
-            if step.abs() <= 1e-5 * width {
+            // The error is of the third order in the step, over what the density's shape changes in.
+            if step.abs() <= 1e-5 * width.min(FRAC_PI_2 - angle) {
                 break;
             }
         }
@@ -192,6 +202,12 @@ mod tests {
                 assert!((above - below).abs() < 1e-10, "{power:?} {edge}: {below} {above}");
             }
         }
+    }
+
+    #[test]
+    fn any_angle_alike() {
+        let (stated, computed) = (CosinePower::default(), CosinePower::new(0.0));
+        assert!((stated.peak - computed.peak).abs() < 1e-15 && stated.exponent == computed.exponent);
     }
 
     #[test]

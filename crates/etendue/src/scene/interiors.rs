@@ -85,7 +85,7 @@ pub(crate) struct Interiors {
     /// Outside of all bodies.
     world: u32,
     has_bodies: bool,
-    has_priorities: bool,
+    may_hide: bool,
 }
 
 impl Interiors {
@@ -124,9 +124,10 @@ impl Interiors {
         }
         let world = parts.world_medium.as_ref().map_or(Ok(NONE), |name| find(name, &|| "the world".to_owned()))?;
         let has_bodies = boundaries.iter().any(Option::is_some);
-        let has_priorities = parts.materials.iter().any(|m| m.priority.is_some());
+        let hides = |b: &Boundary| b.absolute || (b.clear && b.index == 1.0);
+        let may_hide = boundaries.iter().flatten().any(hides);
         let media = parts.media.iter().map(|medium| medium.relative_to(center)).collect();
-        Ok(Self { media, kinds, boundaries, world, has_bodies, has_priorities })
+        Ok(Self { media, kinds, boundaries, world, has_bodies, may_hide })
     }
 
     /// True if paths must keep track of where they are.
@@ -139,9 +140,9 @@ impl Interiors {
         self.has_bodies
     }
 
-    /// True if surfaces may be hidden by bodies of higher priority.
+    /// True if some surfaces may be no surfaces where a path meets them.
     pub fn may_hide(&self) -> bool {
-        self.has_priorities
+        self.may_hide
     }
 
     /// Outside of all bodies.

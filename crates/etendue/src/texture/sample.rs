@@ -48,7 +48,8 @@ fn footprint(image: &TextureImage, mapping: &Mapping, at: &Lookup) -> Option<Spr
     if !(long > 1.0) || image.levels().is_empty() {
         return None;
     }
-    let probes = (long / short.max(1.0)).ceil().clamp(1.0, MOST_PROBES) as u32;
+    // Not `clamp`: where both are infinite there is one.
+    let probes = (long / short.max(1.0)).ceil().max(1.0).min(MOST_PROBES) as u32;
     let level = if short > 1.0 { ln(short) * std::f32::consts::LOG2_E } else { 0.0 };
     Some(Spread { along, probes, level })
 }

@@ -10,8 +10,8 @@ use super::{
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
 
-/// Length of the finished model, metres, along y. The scenes scale it by 1.5.
-const LENGTH: f64 = 2.0;
+/// Extents of the finished model, metres: those of the scan when its length is 2, so that either can stand for the other.
+const EXTENTS: DVec3 = dvec3(0.892, 2.0, 1.413);
 /// Faces of the mesh that the figures use, about.
 pub const FACES: usize = 56_000;
 /// What positions are rounded to.
@@ -32,10 +32,11 @@ pub fn mesh(faces: usize) -> Mesh {
     }
     relax(&dragon, &mut mesh, cell);
     let [low, high] = mesh.bounds();
-    let scale = LENGTH / (high.x - low.x);
+    // A quarter of a turn, so that the head looks towards -y.
+    let turned = |p: DVec3| dvec3(high.y - p.y, p.x - low.x, p.z - low.z);
+    let stretch = EXTENTS / dvec3(high.y - low.y, high.x - low.x, high.z - low.z);
     for p in &mut mesh.positions {
-        // A quarter of a turn, so that the head looks towards -y.
-        *p = dvec3(high.y - p.y, p.x - low.x, p.z - low.z) * scale;
+        *p = turned(*p) * stretch;
     }
     mesh
 }
@@ -473,6 +474,6 @@ mod tests {
         let solids = dragon.solids();
         assert!(solids.len() == 1 && solids[0] > 0.3, "{solids:?}");
         let [low, high] = dragon.bounds();
-        assert!(low.length() < 1e-9 && (high.y - LENGTH).abs() < 1e-9, "{low} {high}");
+        assert!(low.length() < 1e-9 && high.distance(EXTENTS) < 1e-9, "{low} {high}");
     }
 }

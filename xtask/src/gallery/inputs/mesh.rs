@@ -24,6 +24,7 @@ impl Mesh {
     }
 
     /// Volumes of the pieces that hang together, negative for one that is inside out.
+    #[cfg(test)]
     pub fn solids(&self) -> Vec<f64> {
         let mut root: Vec<u32> = (0..self.positions.len() as u32).collect();
         let find = |root: &mut Vec<u32>, mut i: u32| {
@@ -56,6 +57,7 @@ impl Mesh {
     /// Binary PLY in gzip, positions in whole multiples of `quantum`: the scene scales them back. Vertices are numbered in the
     /// order in which faces name them, which makes the file small.
     pub fn ply_gz(&self, quantum: f64) -> Vec<u8> {
+        assert_eq!(self.open_edges(), 0, "glass needs closed surfaces");
         let mut number = vec![u32::MAX; self.positions.len()];
         let mut order = Vec::new();
         for &i in self.triangles.iter().flatten() {
