@@ -16,6 +16,7 @@ use etendue::{
     image::Image,
     integrator::Integrator,
     render::{RenderControl, RenderError, render},
+    scene::MAX_NESTED,
 };
 use etendue_scene::output::{Metadata, Window, hash};
 use std::{
@@ -191,6 +192,12 @@ impl Session<'_> {
             report::warning(&format!(
                 "{} samples were not finite or too large and are left out, the first at pixel {x},{y}",
                 summary.nonfinite
+            ));
+        }
+        let overflowed = self.control.overflowed();
+        if overflowed > 0 {
+            report::warning(&format!(
+                "{overflowed} paths lay in more than {MAX_NESTED} bodies at once: what the others hold is left out there"
             ));
         }
         let spp = samples_per_pixel(self.film.sample_counts());

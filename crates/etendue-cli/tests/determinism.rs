@@ -8,9 +8,9 @@ use etendue::image::ChannelData;
 use etendue_accel::Isa;
 
 /// Scenes that ship with the project: a box, glass with spheres and instances, a mesh, a lens with rough metal, textures,
-/// brushed metal.
-const SCENES: [&str; 7] =
-    ["cornell-box", "glass-spheres", "mesh", "lens-metal", "still-life", "brushed-metal", "daylight"];
+/// brushed metal, a sky, media in bodies within each other.
+const SCENES: [&str; 8] =
+    ["cornell-box", "glass-spheres", "mesh", "lens-metal", "still-life", "brushed-metal", "daylight", "fog"];
 
 /// All layers, so that the hash covers them.
 const LAYERS: &str = "--aov albedo,normal,depth,ids,variance";

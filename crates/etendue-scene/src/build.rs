@@ -1,5 +1,6 @@
 //! From a description to what the renderer takes: mesh files loaded, names resolved, transforms composed.
 
+mod bodies;
 mod environment;
 mod meshes;
 mod sky;
@@ -158,6 +159,7 @@ struct Builder<'a> {
     colored_material: Option<usize>,
     shared: BTreeMap<ShapeKey, usize>,
     relocated: usize,
+    closed: bodies::Closed,
     limits: &'a Limits,
 }
 
@@ -177,6 +179,7 @@ impl<'a> Builder<'a> {
             colored_material: None,
             shared: BTreeMap::new(),
             relocated: 0,
+            closed: bodies::Closed::default(),
             limits,
         };
         for record in materials {
@@ -211,7 +214,17 @@ impl<'a> Builder<'a> {
                 Some(only) => vec![materials[only as usize]],
                 None => materials.clone(),
             };
-            self.parts.objects.push(Object { name: name.clone(), shape: piece.shape, transform, materials });
+            let object = Object { name: name.clone(), shape: piece.shape, transform, materials };
+            let open = self.closed.open_edges(&self.parts, &object);
+            if open > 0 {
+                let edges = if open == 1 { "1 edge has" } else { &format!("{open} edges have") };
+                let message = format!("`{name}` bounds a body, but is not closed: {edges} no face on the other side");
+                let warning = Diagnostic::warning(message).at(record.origin.clone());
+                let help = "close it, or take `interior` and `priority` from its material: light that finds a hole takes what \
+                            the body holds along";
+                self.loader.findings.push(warning.help(help));
+            }
+            self.parts.objects.push(object);
         }
     }
 

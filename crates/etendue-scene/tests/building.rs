@@ -392,3 +392,37 @@ fn materials_of_files_are_replaced_by_name() {
     let both = scene("{ a = \"x\" }\nmaterial = \"x\"").unwrap_err();
     assert!(both[0].contains("`material` and `materials` exclude each other"), "{both:?}");
 }
+
+#[test]
+fn bodies_that_are_not_closed_are_told() {
+    let found = |objects: &str, obj: &str| -> Vec<String> {
+        let text = format!(
+            "[media.milk]\nscattering = 1\n[materials.milk]\ntype = \"boundary\"\ninterior = \"milk\"\n\
+             [materials.wall]\ntype = \"diffuse\"\n{objects}"
+        );
+        let input = run(&text, &[("m.obj", obj.as_bytes())]).unwrap();
+        input.findings.iter().map(|d| d.message.clone()).collect()
+    };
+    let open =
+        |edges: &str| vec![format!("`object 1` bounds a body, but is not closed: {edges} no face on the other side")];
+    for closed in ["shape = \"sphere\"", "shape = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]"] {
+        assert_eq!(found(&format!("[[objects]]\nmaterial = \"milk\"\n{closed}\n"), ""), [""; 0]);
+    }
+    let rectangle =
+        "[[objects]]\nmaterial = \"milk\"\nshape = \"rectangle\"\ncorner = [0, 0, 0]\nu = [1, 0, 0]\nv = [0, 1, 0]\n";
+    assert_eq!(found(rectangle, ""), open("4 edges have"));
+    assert_eq!(found(&rectangle.replace("milk", "wall"), ""), [""; 0], "walls need not be closed");
+    // A tetrahedron whose corners are written anew for each face, then one without its last face, then one with a face turned over.
+    let corner = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
+    let obj = |faces: &[[usize; 3]]| -> String {
+        let vertices = faces.iter().flatten().map(|&c| format!("v {}\n", corner[c])).collect::<String>();
+        let faces =
+            (0..faces.len()).map(|i| format!("f {} {} {}\n", 3 * i + 1, 3 * i + 2, 3 * i + 3)).collect::<String>();
+        vertices + &faces
+    };
+    let solid = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let of_file = "[[objects]]\nmaterial = \"milk\"\nfile = \"m.obj\"\n";
+    assert_eq!(found(of_file, &obj(&solid)), [""; 0]);
+    assert_eq!(found(of_file, &obj(&solid[..3])), open("3 edges have"));
+    assert_eq!(found(of_file, &obj(&[solid[0], solid[1], solid[2], [1, 3, 2]])), open("3 edges have"));
+}

@@ -337,8 +337,13 @@ fn suns_of_skies() {
         "[environment]\ntype = \"sky\"\nsun = [0, 1, 0]\nelevation = 100\nturbidity = 0.5\nup = \"z\"\nnorth = [0, 0, 2]\n\
          ground = 2\nsun_disk = 1\nradiance = 3",
         &[
-            "s.toml:5:13: error: `elevation` is out of range: 100 (must be at least -90 and at most 90)",
             "s.toml:5:1: error: `sun` and `elevation` exclude each other; keep one of them",
+            "s.toml:5:13: error: `elevation` is out of range: 100 (must be at least -90 and at most 90)",
+            "s.toml:6:13: error: `turbidity` is out of range: 0.5 (must be at least 1 and at most 10)",
+            "s.toml:8:9: error: `north` points up or down (expected a direction across z)",
+            "s.toml:9:10: error: `ground` is out of range: 2 (must be at least 0 and at most 1)",
+            "s.toml:10:12: error: `sun_disk` must be true or false (this is an integer)",
+            "s.toml:11:1: error: `radiance` is not a key of type `sky`; it belongs to `constant`",
         ],
     );
 }
@@ -406,7 +411,7 @@ fn textures_of_textures() {
             "s.toml:11:11: error: textures are made of each other: d -> d; a texture cannot be a part of itself",
         ],
     );
-    body_says(&part("a", "wod"), &["s.toml:4:22: error: no texture is called `wod`; did you mean `a`?"]);
+    body_says(&part("a", "wod"), &["s.toml:4:22: error: no texture is called `wod`; define it in [textures.NAME]"]);
     // Each doubles the one before.
     let mut wide = "[textures.t0]\ntype = \"checker\"\n".to_owned();
     for i in 1..8 {

@@ -39,7 +39,7 @@ impl Equiangular {
         } else {
             FRAC_PI_2 + libm::atan2(along, off)
         };
-        let usable = off > 0.0 && off.is_finite() && along.is_finite() && angle > 0.0;
+        let usable = length > 0.0 && off > 0.0 && off.is_finite() && along.is_finite() && angle > 0.0;
         usable.then_some(Self { along, off, angle, length: segment.length })
     }
 
