@@ -126,9 +126,16 @@ impl Material {
     pub(crate) fn filtered_textures(&self) -> Vec<Arc<Texture>> {
         let found = RefCell::new(Vec::new());
         let keep = |texture: &Option<Arc<Texture>>| found.borrow_mut().extend(texture.iter().cloned());
-        let kept = self
-            .scattering
-            .try_map(|_, _, color| Ok::<_, Infallible>(keep(&color.texture)), |_, _, number| Ok(keep(&number.texture)));
+        let kept = self.scattering.try_map(
+            |_, _, color| {
+                keep(&color.texture);
+                Ok::<_, Infallible>(())
+            },
+            |_, _, number| {
+                keep(&number.texture);
+                Ok(())
+            },
+        );
         kept.map_or_else(|never| match never {}, drop);
         match &self.relief {
             None => {}

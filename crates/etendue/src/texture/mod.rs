@@ -190,8 +190,7 @@ impl Texture {
                 opaque(mixed(colors, procedure.value(&place)))
             }
             Pattern::Gradient(gradient) => opaque(gradient.color(&self.mapping.transform, at)),
-            // Not `clamp`: a weight that is not a number becomes 0.
-            Pattern::Mix { colors, weight } => opaque(mixed(colors, weight.at(at).max(0.0).min(1.0))),
+            Pattern::Mix { colors, weight } => opaque(mixed(colors, procedural::in_unit(weight.at(at)))),
             Pattern::Multiply([first, second]) => opaque(first.at(at) * second.at(at)),
             Pattern::VertexColor => at.color,
         }
