@@ -423,7 +423,7 @@ fn textures_of_textures() {
     body_says(
         &wide,
         &[
-            "s.toml:28:11: error: texture `t7` is made of 319 textures; at most 256 are looked up; a texture counts as often \
+            "s.toml:29:11: error: texture `t7` is made of 319 textures; at most 256 are looked up; a texture counts as often \
              as it is used",
         ],
     );
@@ -445,11 +445,13 @@ fn patterns_that_cannot_be() {
             "s.toml:6:1: error: `file` is not a key of type `noise`; it belongs to `image`",
             "s.toml:10:9: error: `stops` are not in ascending order (each `at` must be at least that of the stop before)",
             "s.toml:14:1: error: `from` and `to` of a gradient are the same point",
-            "s.toml:16:2: error: [textures.NAME] of type `mix` needs `weight`",
+            "s.toml:16:1: error: [textures.NAME] of type `mix` needs `weight`",
             "s.toml:18:10: error: `color1` is out of range: -1 (must be at least 0 and at most 1e30)",
-            "s.toml:20:8: error: `type` has no `plaid`",
+            "s.toml:20:8: error: `type` has no `plaid` (expected one of `image`, `checker`, `grid`, `noise`, `wood`, `marble`, \
+             `gradient`, `mix`, `multiply`, `vertex-color`)",
             "s.toml:24:9: error: `stops` has 0 colours (expected from 1 to 64)",
-            "s.toml:25:2: error: [textures.NAME] needs `file`",
+            "s.toml:25:1: error: [textures.NAME] needs `file`",
+            "s.toml:26:9: error: `scale` must be an array of 2 numbers, but has 3 items (expected an array of 2 numbers)",
         ],
     );
 }

@@ -1,4 +1,5 @@
 //! Meshes that are written come back as they were.
+#![allow(clippy::disallowed_methods)]
 
 mod common;
 

@@ -93,6 +93,23 @@ fn a_slab_lets_through_what_it_should() {
     }
 }
 
+/// A ray that goes straight to a lamp is scattered on its way like any other: the lamp's own light arrives as `L exp(-k d)`.
+#[test]
+fn a_lamp_is_dimmed_by_the_gas_before_it() {
+    for integrator in SOLVERS {
+        let mut parts = Parts::default();
+        parts.0.media.push(medium(ABSORPTION, SCATTERING));
+        parts.0.world_medium = Some("gas".to_owned());
+        let lamp = parts.emitter([2.0; 3], false);
+        parts.sphere(DVec3::ZERO, 0.5, lamp);
+        let view = parallel(dvec3(0.0, 0.0, 2.0), DVec3::NEG_Z, 1e-3);
+        let settings = RenderSettings { max_depth: Some(1), ..statistics(integrator, 256) };
+        let moments = channel_means(&parts.build(), &view, [8, 8], &settings, 16);
+        let exact = extinction().map(|k| 2.0 * (-1.5 * k).exp());
+        assert_channels(&integrator.to_string(), &moments, exact, 0.01);
+    }
+}
+
 /// A point light over a grey floor, through a slab of gas 1 m thick: `rho / pi I / h^2 exp(-k)`. The shadow rays go through both of
 /// its faces.
 #[test]

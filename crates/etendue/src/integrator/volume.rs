@@ -24,7 +24,7 @@ use crate::{
     bsdf::Density,
     light::{LightContext, LightSample},
     math::Vec3,
-    medium::{Equiangular, Medium, Segment},
+    medium::{Density as Grid, Equiangular, Medium, Segment},
     sampling::Slot,
     spectrum::Spectrum,
 };
@@ -57,7 +57,7 @@ pub(super) fn travel(
     let flight = medium.sample_flight(&segment, paths.throughput[path], u, &mut stream);
     let emitted = paths.throughput[path] * flight.emitted;
     paths.radiance[path] += emitted;
-    paths.throughput[path] = paths.throughput[path] * flight.weight;
+    paths.throughput[path] *= flight.weight;
     if paths.throughput[path].is_black() {
         paths.progress[path].alive = false;
         return false;
@@ -66,7 +66,7 @@ pub(super) fn travel(
     if context.wants_layers && paths.progress[path].depth == 1 {
         keep_first_surface(context, paths, path);
     }
-    let flown = Flown { segment, distance, density: flight.density, extinction: medium.extinction() };
+    let flown = Flown { segment, distance, density: flight.density, extinction: densest(medium) };
     let at = MediumPoint { medium, position: before(context, &ray, &hit, &segment, distance), wo: -segment.direction };
     if !last && strategy != Strategy::Bsdf {
         sample_light(context, strategy, paths, path, (&at, &flown), shadows);
@@ -115,6 +115,11 @@ fn keep_first_surface(context: &Context, paths: &mut Paths, path: usize) {
     }
 }
 
+/// The extinction coefficient where the medium is densest, 1/m.
+fn densest(medium: &Medium) -> Spectrum {
+    medium.extinction() * medium.density.as_ref().map_or(1.0, Grid::largest)
+}
+
 /// The distances along a segment that are drawn about a light; `None` where free flights alone are.
 fn distances(context: &Context, extinction: Spectrum, segment: &Segment, light: u32) -> Option<Equiangular> {
     let anchor = context.scene.lights().lights()[light as usize].anchor()?;
@@ -148,7 +153,7 @@ fn connect(
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
     let sampler = context.sampler;
     let Some(light) = context.scene.lights().select(sampler.one_d(key, number, Slot::EquiangularLight)) else { return };
-    let Some(drawn) = distances(context, medium.extinction(), segment, light) else { return };
+    let Some(drawn) = distances(context, densest(medium), segment, light) else { return };
     let Some(distance) = drawn.sample(sampler.one_d(key, number, Slot::EquiangularDistance)) else { return };
     let position = before(context, &paths.rays[path], &paths.hits[path], segment, distance);
     let at = MediumPoint { medium, position, wo: -segment.direction };
