@@ -141,21 +141,14 @@ fn the_corner_of_the_room_is_seen_where_the_papers_is() {
 
 #[test]
 fn the_hourglass_of_figure_3_has_its_neck_where_the_papers_has() {
-    let [left, top, right, bottom] = [130, 256, 190, 312];
-    let image = render(3, [left, top, right, bottom], 24);
-    // How wide the bright part of each row is, against the row's own darkest and lightest.
-    let bright: Vec<(u32, f64)> = (0..image.height)
-        .map(|y| {
-            let row: Vec<f64> = (0..image.width).map(|x| pixel(&image, x, y)[1].min(2.0)).collect();
-            let middle = row.iter().enumerate().map(|(x, v)| (x as f64 + 0.5) * v * v).sum::<f64>();
-            let _ = middle;
-            (top + y, row.iter().filter(|v| **v > 0.25).count() as f64)
-        })
-        .collect();
-    let width = |from: u32, to: u32| {
-        let rows: Vec<f64> = bright.iter().filter(|(y, _)| (from..to).contains(y)).map(|(_, w)| *w).collect();
-        rows.iter().sum::<f64>() / rows.len() as f64
-    };
-    eprintln!("{bright:?}");
-    assert!(width(272, 276) < width(258, 262) && width(272, 276) < width(300, 304));
+    const TOP: u32 = 256;
+    let image = render(3, [130, TOP, 190, 312], 24);
+    // Pixels of each three rows that shine brighter than the floor beside the hourglass.
+    let bright = |y: u32| (0..image.width).filter(|&x| pixel(&image, x, y)[1] > 0.05).count();
+    let widths: Vec<usize> = (1..image.height - 1).map(|y| (y - 1..=y + 1).map(bright).sum()).collect();
+    let neck = (0..widths.len()).min_by_key(|&i| widths[i]).unwrap();
+    let row = f64::from(TOP + 1 + neck as u32) + 0.5;
+    assert!((row / 320.0 - 548.0 / 640.0).abs() <= TOLERANCE, "the neck is in row {row} of 320: {widths:?}");
+    let [far, near] = [widths[0], widths[widths.len() - 1]];
+    assert!(far > 2 * widths[neck] && near > 3 * widths[neck], "{widths:?}");
 }

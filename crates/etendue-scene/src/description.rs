@@ -19,7 +19,7 @@ use etendue::{
     tonemap::DisplayTransform,
 };
 use etendue_accel::AcceleratorKind;
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 /// A value and where it was written.
 #[derive(Clone, Debug, PartialEq)]
@@ -361,8 +361,8 @@ pub struct DensityRecord {
     pub axes: Option<Axes>,
 }
 
-/// A texture whose images are names of files.
-pub type TextureRecord = Texture<ImageRecord>;
+/// A texture whose images are names of files; shared by all that name it.
+pub type TextureRecord = Arc<Texture<ImageRecord>>;
 
 /// An image by its file.
 #[derive(Clone, Debug, PartialEq)]

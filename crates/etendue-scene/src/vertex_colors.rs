@@ -4,8 +4,10 @@
 //! take them from the screen, so they are read as sRGB, as by Blender and three.js; opacity is linear. Bytes count to 255;
 //! other numbers to 1, unless one of the file is above 1: then all count to 255.
 
-/// A vertex without colour, among others that have one.
+/// The colour of a vertex without one, among others that have one.
 pub(crate) const WHITE: [f32; 4] = [1.0; 4];
+/// A vertex without colour before [`decode`], which makes it white whatever others count to.
+pub(crate) const NONE: [f32; 4] = [f32::INFINITY; 4];
 
 /// What a stored channel in [0, 1] stands for. A number that is but for its last digits one of 255 steps becomes exactly that,
 /// so that colours of 8 bits stay the same in every file.
@@ -31,10 +33,15 @@ fn encoded(linear: f32) -> f64 {
 
 /// Makes colours linear, in place. Numbers below 0 become 0.
 pub(crate) fn decode(colors: &mut [[f32; 4]]) {
-    let most = colors.iter().flat_map(|c| &c[..3]).fold(0.0f32, |most, c| most.max(*c));
+    let stored = colors.iter().filter(|c| **c != NONE).flat_map(|c| &c[..3]);
+    let most = stored.fold(0.0f32, |most, c| most.max(*c));
     let scale = if most > 1.0 { 1.0 / 255.0 } else { 1.0 };
     let bytes = std::array::from_fn(|byte| linear(byte as f64 / 255.0));
     for color in colors {
+        if *color == NONE {
+            *color = WHITE;
+            continue;
+        }
         let alpha = color[3];
         *color = color.map(|c| decoded((f64::from(c) * scale).clamp(0.0, 1.0), &bytes));
         // Colours in bytes have their opacity in bytes as well, and 1 where there is none.
@@ -65,6 +72,9 @@ mod tests {
             let back = encode(as_numbers[0]);
             assert_eq!(back, [f64::from(byte), 0.0, 255.0, f64::from(byte)]);
         }
+        let mut some = [NONE, [255.0, 0.0, 0.0, 1.0]];
+        decode(&mut some);
+        assert_eq!(some, [WHITE, [1.0, 0.0, 0.0, 1.0]]);
         let mut odd = [[-3.0, 0.5001, 7e-5, f32::MIN_POSITIVE]];
         decode(&mut odd);
         assert!(odd[0][0] == 0.0 && (odd[0][1] - 0.214_133).abs() < 1e-5 && odd[0].iter().all(|c| c.is_finite()));

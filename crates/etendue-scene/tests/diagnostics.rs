@@ -337,8 +337,13 @@ fn suns_of_skies() {
         "[environment]\ntype = \"sky\"\nsun = [0, 1, 0]\nelevation = 100\nturbidity = 0.5\nup = \"z\"\nnorth = [0, 0, 2]\n\
          ground = 2\nsun_disk = 1\nradiance = 3",
         &[
-            "s.toml:5:13: error: `elevation` is out of range: 100 (must be at least -90 and at most 90)",
             "s.toml:5:1: error: `sun` and `elevation` exclude each other; keep one of them",
+            "s.toml:5:13: error: `elevation` is out of range: 100 (must be at least -90 and at most 90)",
+            "s.toml:6:13: error: `turbidity` is out of range: 0.5 (must be at least 1 and at most 10)",
+            "s.toml:8:9: error: `north` points up or down (expected a direction across z)",
+            "s.toml:9:10: error: `ground` is out of range: 2 (must be at least 0 and at most 1)",
+            "s.toml:10:12: error: `sun_disk` must be true or false (this is an integer)",
+            "s.toml:11:1: error: `radiance` is not a key of type `sky`; it belongs to `constant`",
         ],
     );
 }
@@ -406,7 +411,7 @@ fn textures_of_textures() {
             "s.toml:11:11: error: textures are made of each other: d -> d; a texture cannot be a part of itself",
         ],
     );
-    body_says(&part("a", "wod"), &["s.toml:4:22: error: no texture is called `wod`; did you mean `a`?"]);
+    body_says(&part("a", "wod"), &["s.toml:4:22: error: no texture is called `wod`; define it in [textures.NAME]"]);
     // Each doubles the one before.
     let mut wide = "[textures.t0]\ntype = \"checker\"\n".to_owned();
     for i in 1..8 {
@@ -418,7 +423,7 @@ fn textures_of_textures() {
     body_says(
         &wide,
         &[
-            "s.toml:28:11: error: texture `t7` is made of 319 textures; at most 256 are looked up; a texture counts as often \
+            "s.toml:29:11: error: texture `t7` is made of 319 textures; at most 256 are looked up; a texture counts as often \
              as it is used",
         ],
     );
@@ -440,11 +445,13 @@ fn patterns_that_cannot_be() {
             "s.toml:6:1: error: `file` is not a key of type `noise`; it belongs to `image`",
             "s.toml:10:9: error: `stops` are not in ascending order (each `at` must be at least that of the stop before)",
             "s.toml:14:1: error: `from` and `to` of a gradient are the same point",
-            "s.toml:16:2: error: [textures.NAME] of type `mix` needs `weight`",
+            "s.toml:16:1: error: [textures.NAME] of type `mix` needs `weight`",
             "s.toml:18:10: error: `color1` is out of range: -1 (must be at least 0 and at most 1e30)",
-            "s.toml:20:8: error: `type` has no `plaid`",
+            "s.toml:20:8: error: `type` has no `plaid` (expected one of `image`, `checker`, `grid`, `noise`, `wood`, `marble`, \
+             `gradient`, `mix`, `multiply`, `vertex-color`)",
             "s.toml:24:9: error: `stops` has 0 colours (expected from 1 to 64)",
-            "s.toml:25:2: error: [textures.NAME] needs `file`",
+            "s.toml:25:1: error: [textures.NAME] needs `file`",
+            "s.toml:26:9: error: `scale` must be an array of 2 numbers, but has 3 items (expected an array of 2 numbers)",
         ],
     );
 }

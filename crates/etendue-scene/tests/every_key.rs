@@ -432,12 +432,12 @@ fn texture(scene: &SceneDescription) -> TextureRecord {
 #[test]
 fn patterns() {
     for name in ["image", "checker", "grid", "noise", "wood", "marble", "gradient", "mix", "multiply", "vertex-color"] {
-        let texture = texture(&all_keys("[textures.NAME]", "[textures.t]", "type", name, &[]));
+        let texture = &*texture(&all_keys("[textures.NAME]", "[textures.t]", "type", name, &[]));
         assert_eq!(texture.pattern.name(), name);
         assert_eq!((texture.mapping.channel, texture.mapping.gain, texture.mapping.base), (Channel::Green, 0.5, 0.5));
         let placed = !["mix", "multiply", "vertex-color"].contains(&name);
         assert_eq!(texture.mapping.transform, if placed { transform() } else { UvTransform::default() }, "{name}");
-        match texture.pattern {
+        match texture.pattern.clone() {
             Pattern::Procedure { procedure, coordinates, colors: [first, second] } => {
                 assert_eq!(coordinates, Coordinates::Uv);
                 assert_eq!(first, Spectrum([0.25, 0.5, 0.125]).into());
@@ -471,7 +471,7 @@ fn patterns() {
         "[materials.m]\ntype = \"diffuse\"\nreflectance = { texture = \"t\" }\n\
          [textures.t]\ntype = \"checker\"\ncoordinates = \"object\"\nscale = [1, 2, 3]\noffset = 0.5",
     );
-    let Pattern::Procedure { coordinates, .. } = texture(&solid).pattern else { panic!() };
+    let Pattern::Procedure { coordinates, .. } = texture(&solid).pattern.clone() else { panic!() };
     let (scale, offset) = (Vec3::new(1.0, 2.0, 3.0), Vec3::splat(0.5));
     assert_eq!(coordinates, Coordinates::Object { scale, offset });
 }

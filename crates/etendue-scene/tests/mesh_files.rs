@@ -22,6 +22,9 @@ fn describe(text: &mut String, file: &MeshFile) {
     if let Some(uvs) = &mesh.uvs {
         writeln!(text, "  uvs {uvs:?}").unwrap();
     }
+    if let Some(colors) = &mesh.colors {
+        writeln!(text, "  colors {colors:?}").unwrap();
+    }
     if let Some(materials) = &mesh.face_materials {
         writeln!(text, "  face materials {materials:?}").unwrap();
     }

@@ -1,4 +1,5 @@
 //! Meshes that are written come back as they were.
+#![allow(clippy::disallowed_methods)]
 
 mod common;
 
@@ -8,7 +9,7 @@ use etendue::{
     math::DVec3,
     scene::Mesh,
     spectrum::Spectrum,
-    texture::{Mapping, Pattern},
+    texture::{Mapping, Pattern, Texture},
 };
 use etendue_scene::{
     Diagnostics, SourceMap, Span,
@@ -259,7 +260,7 @@ fn textures_are_named_from_the_new_place() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("out")).unwrap();
     let origin = Span::new(SourceMap::new().insert("x", vec![]).unwrap(), 0..0).into();
-    let texture = TextureRecord {
+    let texture = Texture {
         pattern: Pattern::Image(ImageRecord {
             file: Located { value: "maps/wood 1.png".into(), origin },
             transfer: None,
@@ -269,7 +270,7 @@ fn textures_are_named_from_the_new_place() {
     let white = Scattering::Diffuse { reflectance: Spectrum::ONE, transmittance: Spectrum::BLACK };
     let mut material = Material::new("wood", white);
     material.scattering = Scattering::Diffuse {
-        reflectance: Color { factor: Spectrum::ONE, texture: Some(texture) },
+        reflectance: Color { factor: Spectrum::ONE, texture: Some(std::sync::Arc::new(texture)) },
         transmittance: Spectrum::BLACK.into(),
     };
     let mut file = obj_with("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

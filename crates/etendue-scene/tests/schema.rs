@@ -194,6 +194,7 @@ fn scene(section: &Section, key: &Key, of_type: Option<&str>, value: &str) -> St
     let (lines, inline) = (line("\n"), line(", "));
     match section.name {
         "phase" | "density" => format!("[media.m]\n{} = {{ {inline} }}", section.name),
+        "a stop" => format!("[textures.t]\ntype = \"gradient\"\nstops = [{{ {inline} }}]"),
         "emission" => format!("[materials.m]\ntype = \"black\"\nemission = {{ {inline} }}"),
         "tangent" => format!("[materials.m]\ntype = \"black\"\ntangent = {{ {inline} }}"),
         "rotate" | "look_at" => {

@@ -13,6 +13,7 @@ use etendue::{
     spectrum::Spectrum,
     texture::Channel,
 };
+use std::sync::Arc;
 
 /// Colours and numbers over a surface.
 pub type Surface = Scattering<Color<TextureRecord>, Number<TextureRecord>>;
@@ -162,7 +163,7 @@ pub fn masked(record: &Record, factor: f32) -> Number<TextureRecord> {
     let mut texture = map.texture();
     let colour_file = record.map(Key::MapDiffuse).map(|colour| &colour.image.file.value);
     if !map.channel_given && colour_file == Some(&map.image.file.value) {
-        texture.mapping.channel = Channel::Alpha;
+        Arc::make_mut(&mut texture).mapping.channel = Channel::Alpha;
     }
     // `d 0` with a map would make all of it invisible.
     let factor = if factor == 0.0 { 1.0 } else { factor };

@@ -10,8 +10,9 @@ use crate::{FileId, Span, description::TextureRecord, mesh_file::NamedMaterial};
 use etendue::{
     material::{Material, Parameter, Relief, Scattering},
     spectrum::Spectrum,
-    texture::{Mapping, Pattern, Transfer},
+    texture::{Mapping, Pattern, Texture, Transfer},
 };
+use std::sync::Arc;
 
 /// What names the medium that fills the world.
 const MEDIUM: &str = "GlobalScatter";
@@ -78,7 +79,7 @@ impl OldMaterial {
             if let Pattern::Image(image) = &mut pattern {
                 image.transfer = Some(Transfer::Linear);
             }
-            Some(TextureRecord { pattern, mapping: Mapping::default() })
+            Some(Arc::new(Texture { pattern, mapping: Mapping::default() }))
         });
         let origin = Some(Span::new(file, record.place.clone()).into());
         let named = NamedMaterial { name: record.name.clone(), material: Box::new(material), origin };

@@ -2,8 +2,8 @@
 
 use super::keys::Key;
 use crate::description::{ImageRecord, TextureRecord};
-use etendue::texture::{Mapping, Pattern, Transfer};
-use std::{collections::BTreeMap, ops::Range};
+use etendue::texture::{Mapping, Pattern, Texture, Transfer};
+use std::{collections::BTreeMap, ops::Range, sync::Arc};
 
 /// One `newmtl`.
 #[derive(Clone, Debug, Default)]
@@ -58,13 +58,13 @@ pub struct Map {
 impl Map {
     /// The texture.
     pub fn texture(&self) -> TextureRecord {
-        TextureRecord { pattern: Pattern::Image(self.image.clone()), mapping: self.mapping }
+        Arc::new(Texture { pattern: Pattern::Image(self.image.clone()), mapping: self.mapping })
     }
 
     /// The texture, its samples no colours.
     pub fn data(&self) -> TextureRecord {
         let image = ImageRecord { transfer: Some(Transfer::Linear), ..self.image.clone() };
-        TextureRecord { pattern: Pattern::Image(image), mapping: self.mapping }
+        Arc::new(Texture { pattern: Pattern::Image(image), mapping: self.mapping })
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     positions::{LARGEST, unit_normal},
     text::{Cursor, NumberError, Tally, joined, pieces::Piece, shown},
-    vertex_colors::WHITE,
+    vertex_colors::{NONE, WHITE},
 };
 use glam::DVec3;
 use std::{borrow::Cow, collections::BTreeMap, ops::Range};
@@ -306,7 +306,7 @@ impl<'a> Parser<'a> {
             3 | 4 => match self.color(count) {
                 Some(color) => {
                     let position = self.out.positions.len() - 1;
-                    self.out.colors.resize(position, WHITE);
+                    self.out.colors.resize(position, NONE);
                     self.out.colors.push(color);
                 }
                 None => self.skip(Skipped::BadColour, first),

@@ -11,7 +11,7 @@ use crate::{
     Diagnostics, FileId,
     content::Content,
     text::{Cursor, Tally, pieces::map_pieces},
-    vertex_colors::WHITE,
+    vertex_colors,
 };
 use glam::DVec3;
 use std::{collections::BTreeMap, io, ops::Range};
@@ -165,7 +165,7 @@ impl Statements {
     fn add(&mut self, chunk: Chunk, base: Counts, face: u32, ids: &mut BTreeMap<Vec<u8>, u32>) {
         let Chunk { positions, colors, uvs, normals, corners, faces, material_names, spheres, .. } = chunk;
         if !colors.is_empty() {
-            self.colors.resize(self.positions.len(), WHITE);
+            self.colors.resize(self.positions.len(), vertex_colors::NONE);
             self.colors.extend_from_slice(&colors);
         }
         drop(colors);

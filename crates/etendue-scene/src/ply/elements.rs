@@ -9,7 +9,7 @@ use crate::{
     indexed::{Indexed, Repair},
     positions::{unit_normal, usable},
     text::{Tally, counted, shown, tally::Finding},
-    vertex_colors::{self, WHITE},
+    vertex_colors::{self, NONE},
 };
 use glam::DVec3;
 use std::ops::Range;
@@ -331,7 +331,7 @@ impl<V: Values> Reader<'_, V> {
             let mut color = [red * r, green * g, blue * b, alpha * a].map(|c| c as f32);
             if color.iter().any(|c| !c.is_finite()) {
                 self.skipped.add(Skipped::BadColour, b"", self.file, element.place.clone());
-                color = WHITE;
+                color = NONE;
             }
             colors.push(color);
         }

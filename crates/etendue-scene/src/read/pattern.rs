@@ -8,18 +8,18 @@ use super::{
 };
 use crate::{
     Diagnostic,
-    description::ImageRecord,
+    description::{ImageRecord, TextureRecord},
     value::{Data, Entry, Value},
 };
 use etendue::{
     math::{DVec3, Vec3},
     spectrum::Spectrum,
     texture::{
-        Checker, Child, Color, Coordinates, Gradient, Grid, MAX_OCTAVES, Marble, Noise, Parameter, Pattern, Procedure,
-        Stop, UvTransform, Wood,
+        Checker, Color, Coordinates, Gradient, Grid, MAX_OCTAVES, Marble, Noise, Pattern, Procedure, Stop, UvTransform,
+        Wood,
     },
 };
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
 /// Textures within textures, the outermost counted.
 pub const MAX_NESTING: u32 = 8;
@@ -83,7 +83,7 @@ pub fn pattern(fields: &Fields, kind: Kind, transform: &mut UvTransform) -> Opti
         }
         Kind::Gradient => return gradient(fields, transform).map(Pattern::Gradient),
         Kind::Mix => {
-            let weight = fields.need("weight", |i| number(i, Bounds::UNIT).map(within));
+            let weight = fields.need("weight", |i| number(i, Bounds::UNIT));
             let colors = colors(fields, [black, white]);
             return Some(Pattern::Mix { colors: colors?, weight: weight? });
         }
@@ -96,18 +96,13 @@ pub fn pattern(fields: &Fields, kind: Kind, transform: &mut UvTransform) -> Opti
 }
 
 /// `color1` and `color2`. `None` after an error in one of them.
-fn colors(fields: &Fields, default: [Spectrum; 2]) -> Option<[Color<Child<ImageRecord>>; 2]> {
+fn colors(fields: &Fields, default: [Spectrum; 2]) -> Option<[Color<TextureRecord>; 2]> {
     let read = |key, default: Spectrum| match fields.get(key) {
         None => Some(default.into()),
-        Some(item) => color(item, Bounds::LIGHT).map(within),
+        Some(item) => color(item, Bounds::LIGHT),
     };
     let [first, second] = [read("color1", default[0]), read("color2", default[1])];
     Some([first?, second?])
-}
-
-/// A parameter of a texture within another one.
-fn within<V>(parameter: Parameter<V, crate::description::TextureRecord>) -> Parameter<V, Child<ImageRecord>> {
-    Parameter { factor: parameter.factor, texture: parameter.texture.map(Arc::new) }
 }
 
 fn noise(fields: &Fields) -> Noise {

@@ -14,9 +14,9 @@ use crate::{
 use etendue::{
     material::{Color, Number, Parameter},
     spectrum::Spectrum,
-    texture::{Channel, Filtering, Mapping, Pattern, Transfer, UvTransform, Wrap},
+    texture::{Channel, Filtering, Mapping, Pattern, Texture, Transfer, UvTransform, Wrap},
 };
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 /// Offsets and scales of texture coordinates, gains.
 pub const FAR: Bounds = Bounds::within(-1e6, 1e6);
@@ -54,7 +54,7 @@ fn texture(item: Item) -> Option<TextureRecord> {
         Some(kind) => pattern::pattern(&fields, kind, &mut mapping.transform),
     };
     fields.finish();
-    Some(TextureRecord { pattern: pattern?, mapping })
+    Some(Arc::new(Texture { pattern: pattern?, mapping }))
 }
 
 fn image(fields: &Fields, mapping: &mut Mapping) -> Option<Pattern<ImageRecord>> {
@@ -100,7 +100,7 @@ pub fn reference(fields: &Fields) -> Option<TextureRecord> {
     match (fields.get("texture"), fields.get("file")) {
         (Some(name), _) => by_name(name),
         (None, Some(path)) => {
-            Some(TextureRecord::of(Pattern::Image(ImageRecord { file: file(path)?, transfer: None })))
+            Some(Arc::new(Texture::of(Pattern::Image(ImageRecord { file: file(path)?, transfer: None }))))
         }
         (None, None) => {
             fields.lacks("`texture` or `file`");

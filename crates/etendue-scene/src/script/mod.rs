@@ -268,7 +268,7 @@ fn replace_origins(description: &mut SceneDescription, place: &dyn Fn(&mut Origi
         place(&mut record.origin);
         record.material = record.material.map_textures(&mut |texture, _| {
             let mut texture = texture.clone();
-            if let Pattern::Image(image) = &mut texture.pattern {
+            if let Pattern::Image(image) = &mut std::sync::Arc::make_mut(&mut texture).pattern {
                 place(&mut image.file.origin);
             }
             Some(texture)

@@ -76,7 +76,7 @@ pub(super) fn shade<const MEDIA: bool>(
     let hit = paths.hits[path];
     let ray = paths.rays[path];
     if !hit.is_hit() {
-        if !(context.transparent && !paths.met_something(path)) {
+        if !context.transparent || paths.met_something(path) {
             add_environment::<MEDIA>(context, strategy, paths, path, Vec3::from(ray.direction));
         }
         paths.progress[path].alive = false;

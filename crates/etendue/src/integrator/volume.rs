@@ -57,7 +57,7 @@ pub(super) fn travel(
     let flight = medium.sample_flight(&segment, paths.throughput[path], u, &mut stream);
     let emitted = paths.throughput[path] * flight.emitted;
     paths.radiance[path] += emitted;
-    paths.throughput[path] = paths.throughput[path] * flight.weight;
+    paths.throughput[path] *= flight.weight;
     if paths.throughput[path].is_black() {
         paths.progress[path].alive = false;
         return false;

@@ -126,10 +126,15 @@ impl Material {
     pub(crate) fn filtered_textures(&self) -> Vec<Arc<Texture>> {
         let found = RefCell::new(Vec::new());
         let keep = |texture: &Option<Arc<Texture>>| found.borrow_mut().extend(texture.iter().cloned());
-        let kept = self
-            .scattering
-            .try_map(|_, _, color| Ok::<_, Infallible>(keep(&color.texture)), |_, _, number| Ok(keep(&number.texture)));
-        kept.map_or_else(|never| match never {}, drop);
+        let color = |_, _, color: &Color| {
+            keep(&color.texture);
+            Ok::<_, Infallible>(())
+        };
+        let number = |_, _, number: &Number| {
+            keep(&number.texture);
+            Ok(())
+        };
+        self.scattering.try_map(color, number).map_or_else(|never| match never {}, drop);
         match &self.relief {
             None => {}
             Some(Relief::Bump { height }) => keep(&height.texture),

@@ -235,7 +235,7 @@ mod tests {
         let gate = mesh();
         assert_eq!(gate.open_edges(), 0);
         let solids = gate.solids();
-        assert!(solids.len() > 100 && solids.iter().all(|volume| *volume > 1e-7), "{solids:?}");
+        assert!(solids.len() > 100 && solids.values().all(|volume| *volume > 1e-7), "{solids:?}");
         let [low, high] = gate.bounds();
         assert!(low.z == 0.0 && low.y > -0.25 && low.x > -1.7 && high.x < 1.7 && high.z < 2.7);
     }

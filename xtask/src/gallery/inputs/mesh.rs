@@ -23,29 +23,51 @@ impl Mesh {
         uses.values().filter(|uses| **uses != [1, 1]).count()
     }
 
-    /// Volumes of the pieces that hang together, negative for one that is inside out.
-    #[cfg(test)]
-    pub fn solids(&self) -> Vec<f64> {
-        let mut root: Vec<u32> = (0..self.positions.len() as u32).collect();
-        let find = |root: &mut Vec<u32>, mut i: u32| {
+    /// For each vertex the lowest one that it hangs together with.
+    fn roots(&self) -> Vec<u32> {
+        fn find(root: &mut [u32], mut i: u32) -> u32 {
             while root[i as usize] != i {
                 root[i as usize] = root[root[i as usize] as usize];
                 i = root[i as usize];
             }
             i
-        };
+        }
+        let mut root: Vec<u32> = (0..self.positions.len() as u32).collect();
         for t in &self.triangles {
             for i in 1..3 {
                 let (a, b) = (find(&mut root, t[0]), find(&mut root, t[i]));
                 root[a.max(b) as usize] = a.min(b);
             }
         }
-        let mut volumes: BTreeMap<u32, f64> = BTreeMap::new();
+        (0..root.len() as u32).map(|i| find(&mut root, i)).collect()
+    }
+
+    /// Volumes of the pieces that hang together, by their lowest vertex; negative for one that is inside out.
+    pub fn solids(&self) -> BTreeMap<u32, f64> {
+        let roots = self.roots();
+        let mut volumes = BTreeMap::new();
         for t in &self.triangles {
             let [a, b, c] = t.map(|i| self.positions[i as usize]);
-            *volumes.entry(find(&mut root, t[0])).or_default() += a.dot(b.cross(c)) / 6.0;
+            *volumes.entry(roots[t[0] as usize]).or_default() += a.dot(b.cross(c)) / 6.0;
         }
-        volumes.into_values().collect()
+        volumes
+    }
+
+    /// Leaves out all faces but those of the largest piece: crumbs that are thinner than what made the mesh can see.
+    pub fn keep_largest(&mut self) {
+        let roots = self.roots();
+        let largest = self.solids().into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(root, _)| root);
+        self.triangles.retain(|t| Some(roots[t[0] as usize]) == largest);
+        let mut number = vec![u32::MAX; self.positions.len()];
+        let mut kept = Vec::new();
+        for i in self.triangles.iter_mut().flatten() {
+            if number[*i as usize] == u32::MAX {
+                number[*i as usize] = kept.len() as u32;
+                kept.push(self.positions[*i as usize]);
+            }
+            *i = number[*i as usize];
+        }
+        self.positions = kept;
     }
 
     /// Lowest and highest corner.

@@ -384,7 +384,7 @@ const SKIN: [Colour; 3] = [[0.16, 0.085, 0.05], [0.72, 0.50, 0.37], [0.985, 0.87
 /// Heights of the face.
 fn relief(p: DVec2) -> f64 {
     let q = p - dvec2(0.562, 0.475);
-    let oval = 1.0 - (q.x / 0.19).powi(2) - (q.y / 0.275).powi(2);
+    let oval = 1.0 - (q / dvec2(0.19, 0.275)).length_squared();
     let at = |x: f64, y: f64, sx: f64, sy: f64| bell(p, dvec2(x, y), dvec2(sx, sy));
     let ridge: f64 = (0..8)
         .map(|k| {

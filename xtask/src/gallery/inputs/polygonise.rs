@@ -110,7 +110,7 @@ fn cell_faces(grid: &Grid, [x, y, z]: [usize; 3], crossings: &mut [u32], mesh: &
             // same way as seen from the other side.
             let leaving = (i + 1..i + 4).map(crossing).find(|&(a, b)| inside[a] && !inside[b]);
             let (c, d) = leaving.expect("an outline that enters leaves");
-            next[edge(c, d)] = edge(a, b);
+            next[edge(a, b)] = edge(c, d);
         }
     }
     for start in 0..24 {

@@ -135,15 +135,13 @@ fn the_sky_is_that_of_photons() {
             let found = observer.line_of_sight(sin, sin_sun, cos * cos_sun)[azimuth].radiance(between);
             let (sun, view) = (DVec3::new(cos_sun, sin_sun, 0.0), DVec3::new(cos * turn.cos(), sin, cos * turn.sin()));
             let mut rng = Rng::new(7);
-            let mut bands = [0.0; BANDS];
-            for band in 0..BANDS {
+            let bands: [f64; BANDS] = std::array::from_fn(|band| {
                 let photon = Photons { air: &observer.dense, columns: &observer.columns, ground, sun, band };
                 let moments: Moments = (0..photons).map(|_| photon.radiance(view, &mut rng)).collect();
-                bands[band] = moments.mean();
-            }
+                moments.mean()
+            });
             let expected = colours.sum(&bands);
             let ratios = [0, 1, 2].map(|c| found[c] / expected[c]);
-            println!("T {turbidity} sun {elevation} at {height}, {azimuth}: {ratios:.3?} of {expected:.3?}");
             errors.extend(ratios.map(|ratio| (ratio - 1.0).abs()));
         }
     }

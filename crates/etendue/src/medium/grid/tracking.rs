@@ -56,8 +56,9 @@ struct Cell {
 
 impl Cell {
     fn is_dense(&self) -> bool {
-        // Also true if the rate is infinite.
-        !(self.rate * (self.piece.end - self.piece.start) <= DENSE)
+        let expected = self.rate * (self.piece.end - self.piece.start);
+        // An infinite rate on a piece without length is NaN.
+        expected > DENSE || expected.is_nan()
     }
 }
 

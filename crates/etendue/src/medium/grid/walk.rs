@@ -178,13 +178,13 @@ mod tests {
             let origin = dvec3(pick(size.x), pick(size.y), pick(size.z));
             let target = dvec3(pick(size.x), pick(size.y), pick(size.z));
             let mut direction = target - origin;
-            if rng.u32() % 4 == 0 {
-                direction = direction * dvec3(1.0, f64::from(rng.u32() % 2), f64::from(rng.u32() % 2));
+            if rng.u32().is_multiple_of(4) {
+                direction *= dvec3(1.0, f64::from(rng.u32() % 2), f64::from(rng.u32() % 2));
             }
-            if rng.u32() % 8 == 0 {
+            if rng.u32().is_multiple_of(8) {
                 direction.y = 1e-300 * rng.normal();
             }
-            let range = if rng.u32() % 2 == 0 { INFINITE } else { [0.0, rng.f64()] };
+            let range = if rng.u32().is_multiple_of(2) { INFINITE } else { [0.0, rng.f64()] };
             check(origin, direction, size, edge, range);
         }
     }

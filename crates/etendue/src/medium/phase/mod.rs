@@ -216,7 +216,7 @@ impl PhaseFunction {
                 return Err(PhaseError::Weight(component.weight));
             }
             if let PhaseKind::HenyeyGreenstein { g } = component.kind
-                && !(g.abs() < 1.0)
+                && (g.is_nan() || g.abs() >= 1.0)
             {
                 return Err(PhaseError::MeanCosine(g));
             }

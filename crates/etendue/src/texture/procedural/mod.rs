@@ -14,7 +14,7 @@ pub use marble::Marble;
 pub use noise::{MAX_OCTAVES, Noise};
 pub use wood::Wood;
 
-use super::{Lookup, UvTransform};
+use super::{Lookup, UvTransform, unit};
 use crate::math::{Vec2, Vec3, vec2};
 
 /// What a procedure is a function of.
@@ -145,7 +145,7 @@ impl Procedure {
 
     pub(super) fn value(&self, place: &Place) -> f32 {
         // A function that overflows somewhere must not give what is not a number.
-        dispatch!(self, p => p.value(place)).max(0.0).min(1.0)
+        unit(dispatch!(self, p => p.value(place)))
     }
 
     pub(super) fn finest(&self) -> f32 {
