@@ -159,6 +159,9 @@ fn all_keys(section_name: &str, header: &str, choice: &str, name: &str, left_out
     if section_name == "[[objects]]" {
         text += "[materials.m]\ntype = \"black\"\n[meshes.m]\nfile = \"b.ply\"\n";
     }
+    if section_name == "[materials.NAME]" {
+        text += "[media.milk]\n";
+    }
     read(&text)
 }
 

@@ -106,7 +106,8 @@ fn json_of(text: &str) -> Value {
             toml::Value::Boolean(b) => json!(b),
             toml::Value::Array(items) => items.iter().map(convert).collect(),
             toml::Value::Table(table) => Value::Object(table.iter().map(|(k, v)| (k.clone(), convert(v))).collect()),
-            toml::Value::Datetime(_) => panic!("no date is in a scene"),
+            // JSON has no dates: there they are strings, as they may be in TOML.
+            toml::Value::Datetime(date) => json!(date.to_string()),
         }
     }
     convert(&toml::Value::Table(text.parse().unwrap()))

@@ -1,4 +1,5 @@
 //! Emission with textures: what light samples carry is what rays find, it is drawn where the light is, and all solvers agree.
+#![allow(clippy::disallowed_methods, reason = "references are computed with the platform's functions")]
 
 mod common;
 

@@ -413,6 +413,8 @@ fn object(key: &str) -> Option<Kind> {
     Some(match key {
         "shape" => choice(&["mesh", "sphere", "rectangle", "box", "disk"]),
         "name" | "material" | "mesh" | "file" => Name,
+        "materials" => Kind::Names,
+        "transform" => transform(),
         "crease_angle" => crease_angle(),
         "center" | "corner" | "u" | "v" | "min" | "max" => point(),
         "radius" => Number(Bounds::LENGTH),

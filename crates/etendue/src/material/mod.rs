@@ -126,15 +126,17 @@ impl Material {
     pub(crate) fn filtered_textures(&self) -> Vec<Arc<Texture>> {
         let found = RefCell::new(Vec::new());
         let keep = |texture: &Option<Arc<Texture>>| found.borrow_mut().extend(texture.iter().cloned());
-        let color = |_, _, color: &Color| {
-            keep(&color.texture);
-            Ok::<_, Infallible>(())
-        };
-        let number = |_, _, number: &Number| {
-            keep(&number.texture);
-            Ok(())
-        };
-        self.scattering.try_map(color, number).map_or_else(|never| match never {}, drop);
+        let kept = self.scattering.try_map(
+            |_, _, color| {
+                keep(&color.texture);
+                Ok::<_, Infallible>(())
+            },
+            |_, _, number| {
+                keep(&number.texture);
+                Ok(())
+            },
+        );
+        kept.map_or_else(|never| match never {}, drop);
         match &self.relief {
             None => {}
             Some(Relief::Bump { height }) => keep(&height.texture),

@@ -86,13 +86,6 @@ impl<I> Pattern<I> {
     }
 }
 
-/// A share brought into [0, 1]; what is not a number becomes 0.
-#[inline]
-#[expect(clippy::manual_clamp, reason = "`clamp` keeps what is not a number")]
-fn unit(share: f32) -> f32 {
-    share.max(0.0).min(1.0)
-}
-
 impl<I> Texture<I> {
     /// A pattern that is repeated, filtered and otherwise as it is.
     pub fn of(pattern: Pattern<I>) -> Self {
@@ -197,7 +190,7 @@ impl Texture {
                 opaque(mixed(colors, procedure.value(&place)))
             }
             Pattern::Gradient(gradient) => opaque(gradient.color(&self.mapping.transform, at)),
-            Pattern::Mix { colors, weight } => opaque(mixed(colors, unit(weight.at(at)))),
+            Pattern::Mix { colors, weight } => opaque(mixed(colors, procedural::in_unit(weight.at(at)))),
             Pattern::Multiply([first, second]) => opaque(first.at(at) * second.at(at)),
             Pattern::VertexColor => at.color,
         }

@@ -45,12 +45,12 @@ fn footprint(image: &TextureImage, mapping: &Mapping, at: &Lookup) -> Option<Spr
     // taken along the longer one (Heckbert 1989 gives the exact mean; this is what graphics hardware does in its place).
     let (long, short) = (long.sqrt(), short.sqrt().max(long.sqrt() * (1.0 / MOST_PROBES)));
     // Also where something is not a number, or there are no coarser copies.
-    if long <= 1.0 || long.is_nan() || image.levels().is_empty() {
+    if long.is_nan() || long <= 1.0 || image.levels().is_empty() {
         return None;
     }
-    let ratio = (long / short.max(1.0)).ceil();
-    // Where both are infinite there is one.
-    let probes = if ratio > 1.0 { ratio.min(MOST_PROBES) as u32 } else { 1 };
+    let ratio = long / short.max(1.0);
+    // Where both are infinite, one.
+    let probes = if ratio > 1.0 { ratio.ceil().min(MOST_PROBES) as u32 } else { 1 };
     let level = if short > 1.0 { ln(short) * std::f32::consts::LOG2_E } else { 0.0 };
     Some(Spread { along, probes, level })
 }

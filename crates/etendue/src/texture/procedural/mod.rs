@@ -14,7 +14,7 @@ pub use marble::Marble;
 pub use noise::{MAX_OCTAVES, Noise};
 pub use wood::Wood;
 
-use super::{Lookup, UvTransform, unit};
+use super::{Lookup, UvTransform};
 use crate::math::{Vec2, Vec3, vec2};
 
 /// What a procedure is a function of.
@@ -95,6 +95,12 @@ trait Function {
     fn finest(&self) -> f32;
 }
 
+/// Brought into [0, 1]; what is not a number, as where a sum overflows, is 0.
+#[inline]
+pub(super) fn in_unit(x: f32) -> f32 {
+    if x > 0.0 { x.min(1.0) } else { 0.0 }
+}
+
 /// A function of a point, with values in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Procedure {
@@ -144,8 +150,7 @@ impl Procedure {
     }
 
     pub(super) fn value(&self, place: &Place) -> f32 {
-        // A function that overflows somewhere must not give what is not a number.
-        unit(dispatch!(self, p => p.value(place)))
+        in_unit(dispatch!(self, p => p.value(place)))
     }
 
     pub(super) fn finest(&self) -> f32 {

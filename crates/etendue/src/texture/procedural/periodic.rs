@@ -8,7 +8,7 @@ const NARROW: f32 = 1e-4;
 #[inline]
 pub(super) fn mean(x: f32, width: f32, value: impl Fn(f32) -> f32, integral: impl Fn(f32) -> f32) -> f32 {
     let x = x - x.floor();
-    if width <= NARROW || width.is_nan() {
+    if width.is_nan() || width <= NARROW {
         return value(x);
     }
     let period = integral(1.0);
