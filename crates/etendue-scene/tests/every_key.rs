@@ -153,9 +153,6 @@ fn all_keys(section_name: &str, header: &str, choice: &str, name: &str, left_out
         text += "[textures.other]\ntype = \"checker\"\n";
         text += "[materials.m]\ntype = \"diffuse\"\nreflectance = { texture = \"t\" }\n";
     }
-    if section_name == "[materials.NAME]" {
-        text += "[media.milk]\nscattering = 1\n";
-    }
     if section_name == "[[objects]]" {
         text += "[materials.m]\ntype = \"black\"\n[meshes.m]\nfile = \"b.ply\"\n";
     }
