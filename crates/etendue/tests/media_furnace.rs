@@ -224,7 +224,7 @@ fn nothing_is_seen_of_bodies_of_lower_priority() {
     }
     let (scene, view) = hidden_ink(1.0, 3).build(dvec3(2.0, 2.5, 3.0), DVec3::ZERO);
     let seen = means(&scene, &view, [10, 10], &statistics(Integrator::Path, 16), 16);
-    assert!(seen.mean() < 0.9, "ink of the highest priority is seen: {}", seen.mean());
+    assert!(seen.mean() < 0.95, "ink of the highest priority is seen: {}", seen.mean());
 }
 
 #[test]
