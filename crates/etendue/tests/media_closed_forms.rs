@@ -93,6 +93,29 @@ fn a_slab_lets_through_what_it_should() {
     }
 }
 
+/// A ball of radius 1/2 full of gas, cut in half by the plane from which parallel rays start: those within the ball go through
+/// `sqrt(r^2 - x^2)` of it, the others through none. The camera's centre is in the middle of the ball, or beside it.
+#[test]
+fn rays_know_the_bodies_that_they_start_in() {
+    const RADIUS: f64 = 0.5;
+    let mut parts = Parts::default();
+    parts.0.media.push(medium(ABSORPTION, SCATTERING));
+    let ball = Shape::Sphere { center: DVec3::ZERO, radius: 1.0 };
+    filled(&mut parts, ball, DAffine3::from_scale(DVec3::splat(RADIUS)));
+    parts.0.environment = Some(Spectrum::ONE.into());
+    let scene = parts.build();
+    for (number, x) in [0.0, 0.7].into_iter().enumerate() {
+        let view = parallel(dvec3(x, 0.0, 0.0), DVec3::NEG_Z, 2.5);
+        let settings = RenderSettings { max_depth: Some(1), ..statistics(SOLVERS[number], 64) };
+        let moments = channel_means(&scene, &view, [16, 16], &settings, 16);
+        let exact = extinction().map(|k| {
+            let lost = |r: f64| 2.0 * PI * r * (1.0 - (-k * (RADIUS * RADIUS - r * r).max(0.0).sqrt()).exp());
+            1.0 - integrate_1d(lost, [0.0, RADIUS], 64, 1e-10) / (2.5 * 2.5)
+        });
+        assert_channels(&format!("centre at {x}"), &moments, exact, 0.001);
+    }
+}
+
 /// A ray that goes straight to a lamp is scattered on its way like any other: the lamp's own light arrives as `L exp(-k d)`.
 #[test]
 fn a_lamp_is_dimmed_by_the_gas_before_it() {
