@@ -2,7 +2,7 @@
 //!
 //! A round Earth with molecules, aerosol and ozone in layers; in 18 bands of wavelength each direction of the sky gathers
 //! sunlight that was scattered once into it (Nishita, Sirai, Tadamura and Nakamae, "Display of the Earth Taking into Account
-//! Atmospheric Scattering", 1993) and more often ([`multiple`]), then bands become a colour. Fitted skies (Preetham,
+//! Atmospheric Scattering", 1993) and more often (`multiple`), then bands become a colour. Fitted skies (Preetham,
 //! Shirley and Smits 1999; Hosek and Wilkie 2012) are known for the sun above the horizon only, and for one ground; this
 //! one goes on through twilight, and its sun and its sky are of one piece.
 
