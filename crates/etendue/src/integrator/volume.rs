@@ -43,8 +43,12 @@ pub(super) fn travel(
     path: usize,
     shadows: &mut ShadowQueue,
 ) -> bool {
-    let Some(medium) = context.scene.interiors().medium(&paths.bodies[path]) else { return true };
     let (ray, hit) = (paths.rays[path], paths.hits[path]);
+    if !hit.is_hit() {
+        // No body goes on for ever: one that is still there has a hole, or was left by rounding at an edge.
+        context.scene.interiors().leave_all(&mut paths.bodies[path]);
+    }
+    let Some(medium) = context.scene.interiors().medium(&paths.bodies[path]) else { return true };
     let length = if hit.is_hit() { hit.t } else { f32::INFINITY };
     let segment = Segment { origin: ray.origin.into(), direction: ray.direction.into(), length };
     let last = paths.progress[path].depth >= context.max_depth;

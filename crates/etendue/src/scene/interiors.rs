@@ -150,6 +150,12 @@ impl Interiors {
         BodyStack { entered: [Entered::default(); MAX_NESTED], depth: 0, medium: self.world, overflowed: false }
     }
 
+    /// Leaves every body.
+    #[inline]
+    pub fn leave_all(&self, stack: &mut BodyStack) {
+        *stack = BodyStack { overflowed: stack.overflowed, ..self.outside() };
+    }
+
     /// The medium where a stack is; `None` where nothing is.
     #[inline]
     pub fn medium(&self, stack: &BodyStack) -> Option<&Medium> {
