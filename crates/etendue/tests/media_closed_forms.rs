@@ -93,6 +93,24 @@ fn a_slab_lets_through_what_it_should() {
     }
 }
 
+/// What only absorbs is computed, not drawn: a single sample is exact.
+#[test]
+fn absorption_alone_makes_no_noise() {
+    let mut parts = Parts::default();
+    parts.0.media.push(medium(ABSORPTION, [0.0; 3]));
+    filled(&mut parts, cube(false), DAffine3::IDENTITY);
+    parts.0.environment = Some(Spectrum::ONE.into());
+    let view = parallel(dvec3(0.0, 0.0, 3.0), DVec3::NEG_Z, 1e-3);
+    let scene = parts.build();
+    for integrator in SOLVERS {
+        let values = interleaved(&picture(&scene, &view, [2, 2], &statistics(integrator, 1)));
+        for (value, k) in values.iter().zip(ABSORPTION.into_iter().cycle()) {
+            let exact = (-2.0 * f64::from(k)).exp();
+            assert!((f64::from(*value) / exact - 1.0).abs() < 1e-5, "{integrator}: {value}, not {exact}");
+        }
+    }
+}
+
 /// A ball of radius 1/2 full of gas, cut in half by the plane from which parallel rays start: those within the ball go through
 /// `sqrt(r^2 - x^2)` of it, the others through none. The camera's centre is in the middle of the ball, or beside it.
 #[test]
