@@ -50,6 +50,7 @@ fn of_a_model() {
         "textures",
         "triangles",
         "uvs",
+        "vertex_colors",
         "vertices",
     ];
     assert_eq!(keys(&info), expected);
