@@ -349,3 +349,22 @@ fn glass_in_a_liquid_refracts_by_the_ratio_of_their_indices() {
         assert_mean(&format!("{glass} in {liquid}"), &moments, exact, 0.01);
     }
 }
+
+/// In a world full of gas no light comes from infinity, and no samples are spent on it.
+#[test]
+fn skies_are_not_seen_through_an_endless_world() {
+    let mut parts = Parts::default();
+    parts.0.media.push(medium(ABSORPTION, SCATTERING));
+    parts.0.world_medium = Some("gas".to_owned());
+    let lamp = parts.emitter([1.0; 3], false);
+    parts.sphere(dvec3(0.0, 9.0, 0.0), 0.1, lamp);
+    parts.0.environment = Some(Spectrum::ONE.into());
+    parts.0.delta_lights.push(DeltaLight::Directional { direction: DVec3::NEG_Y, irradiance: Spectrum::ONE });
+    let scene = parts.build();
+    assert_eq!(scene.lights().lights().len(), 1, "only the lamp is left");
+    for integrator in SOLVERS {
+        let settings = RenderSettings { max_depth: Some(1), ..statistics(integrator, 4) };
+        let values = interleaved(&picture(&scene, &parallel(DVec3::ZERO, DVec3::Z, 1.0), [4, 4], &settings));
+        assert!(values.iter().all(|value| *value == 0.0), "{integrator}");
+    }
+}

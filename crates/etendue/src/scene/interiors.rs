@@ -145,6 +145,11 @@ impl Interiors {
         self.may_hide
     }
 
+    /// True if what fills the world lets no light from infinity through.
+    pub fn hides_infinity(&self) -> bool {
+        self.media.get(self.world as usize).is_some_and(Medium::hides_infinity)
+    }
+
     /// Outside of all bodies.
     pub fn outside(&self) -> BodyStack {
         BodyStack { entered: [Entered::default(); MAX_NESTED], depth: 0, medium: self.world, overflowed: false }
