@@ -93,6 +93,24 @@ fn a_slab_lets_through_what_it_should() {
     }
 }
 
+/// What only absorbs is computed, not drawn: a single sample is exact.
+#[test]
+fn absorption_alone_makes_no_noise() {
+    let mut parts = Parts::default();
+    parts.0.media.push(medium(ABSORPTION, [0.0; 3]));
+    filled(&mut parts, cube(false), DAffine3::IDENTITY);
+    parts.0.environment = Some(Spectrum::ONE.into());
+    let view = parallel(dvec3(0.0, 0.0, 3.0), DVec3::NEG_Z, 1e-3);
+    let scene = parts.build();
+    for integrator in SOLVERS {
+        let values = interleaved(&picture(&scene, &view, [2, 2], &statistics(integrator, 1)));
+        for (value, k) in values.iter().zip(ABSORPTION.into_iter().cycle()) {
+            let exact = (-2.0 * f64::from(k)).exp();
+            assert!((f64::from(*value) / exact - 1.0).abs() < 1e-5, "{integrator}: {value}, not {exact}");
+        }
+    }
+}
+
 /// A ball of radius 1/2 full of gas, cut in half by the plane from which parallel rays start: those within the ball go through
 /// `sqrt(r^2 - x^2)` of it, the others through none. The camera's centre is in the middle of the ball, or beside it.
 #[test]
@@ -266,5 +284,87 @@ fn the_mean_way_through_a_body_is_four_times_its_volume_over_its_surface() {
                 .collect();
             assert_mean(&format!("{name}, scattering {scattering}, g {g}"), &moments, length, 0.01);
         }
+    }
+}
+
+/// A body that shines, 4 km from the scene's middle, where points of the gas are rounded so coarsely that many would lie beyond the
+/// surface: a path that were thought inside there would gather more light.
+fn body_far_away(parts: &mut Parts, shape: Shape) -> CameraSettings {
+    const AWAY: f64 = 4e3;
+    parts.0.media.push(Medium { emission: Spectrum::ONE, ..medium([0.0; 3], [10.0; 3]) });
+    let black = parts.material(Scattering::Black);
+    parts.sphere(dvec3(-AWAY, 0.0, 0.0), 0.1, black);
+    filled(parts, shape, DAffine3::from_translation(dvec3(AWAY, 0.0, 0.0)) * DAffine3::from_rotation_y(0.3));
+    parallel(dvec3(AWAY, 0.0, 4.0), DVec3::NEG_Z, 3.0)
+}
+
+#[test]
+fn the_mean_way_keeps_its_length_far_away() {
+    let mut parts = Parts::default();
+    let view = body_far_away(&mut parts, Shape::Sphere { center: DVec3::ZERO, radius: 1.0 });
+    let wall = parts.material(Scattering::Black);
+    parts.sphere(dvec3(4e3, 0.0, 0.0), 5.0, wall);
+    let moments = means(&parts.build(), &view, [32, 32], &statistics(Integrator::Brute, 64), 16);
+    assert_mean("sphere", &moments, 4.0 / 3.0 * PI / 9.0, 0.01);
+}
+
+/// At an edge a point may still be rounded to the outside of one face; what has no surface behind it is outside then.
+#[test]
+fn no_way_goes_on_for_ever() {
+    let mut parts = Parts::default();
+    let view = body_far_away(&mut parts, cube(false));
+    let scene = parts.build();
+    let brightest = (0..4).map(|seed| {
+        let settings = RenderSettings { seed, ..statistics(Integrator::Brute, 256) };
+        interleaved(&picture(&scene, &view, [16, 16], &settings)).into_iter().fold(0.0, f32::max)
+    });
+    // A pixel is the mean of 256 ways, of 4 V / S = 4/3 each on average.
+    let brightest = brightest.fold(0.0, f32::max);
+    assert!(brightest < 6.0, "a pixel of {brightest}");
+}
+
+/// A pane of glass in a liquid, in front of a wall that shines: two crossings at right angles let through what Fresnel's formula
+/// says for the ratio of the indices, and the tint of each.
+#[test]
+fn glass_in_a_liquid_refracts_by_the_ratio_of_their_indices() {
+    let white = Spectrum::ONE;
+    for (glass, liquid) in [(1.5, 1.2), (1.5, 1.5), (1.1, 1.6)] {
+        let mut parts = Parts::default();
+        let of =
+            |ior, transmission_tint| Scattering::Glass { ior, reflection_tint: white, transmission_tint, thin: false };
+        let water = parts.material(of(liquid, white));
+        parts.0.materials[water].priority = Some(1);
+        let pane = parts.material(of(glass, Spectrum::splat(0.5)));
+        parts.0.materials[pane].priority = Some(2);
+        let wall = parts.emitter([1.0; 3], false);
+        let shape = parts.shape(cube(false));
+        parts.place(shape, DAffine3::from_scale(DVec3::splat(10.0)), water);
+        parts.place(shape, DAffine3::from_scale(dvec3(2.0, 2.0, 0.2)), pane);
+        parts.rectangle(dvec3(-3.0, -3.0, -2.0), dvec3(6.0, 0.0, 0.0), dvec3(0.0, 6.0, 0.0), wall);
+        let view = parallel(dvec3(0.0, 0.0, 3.0), DVec3::NEG_Z, 1.0);
+        let settings = RenderSettings { max_depth: Some(3), ..statistics(Integrator::Path, 64) };
+        let moments = means(&parts.build(), &view, [8, 8], &settings, 16);
+        let reflected = f64::from((glass - liquid) / (glass + liquid)).powi(2);
+        let exact = (0.5 * (1.0 - reflected)).powi(2);
+        assert_mean(&format!("{glass} in {liquid}"), &moments, exact, 0.01);
+    }
+}
+
+/// In a world full of gas no light comes from infinity, and no samples are spent on it.
+#[test]
+fn skies_are_not_seen_through_an_endless_world() {
+    let mut parts = Parts::default();
+    parts.0.media.push(medium(ABSORPTION, SCATTERING));
+    parts.0.world_medium = Some("gas".to_owned());
+    let lamp = parts.emitter([1.0; 3], false);
+    parts.sphere(dvec3(0.0, 9.0, 0.0), 0.1, lamp);
+    parts.0.environment = Some(Spectrum::ONE.into());
+    parts.0.delta_lights.push(DeltaLight::Directional { direction: DVec3::NEG_Y, irradiance: Spectrum::ONE });
+    let scene = parts.build();
+    assert_eq!(scene.lights().lights().len(), 1, "only the lamp is left");
+    for integrator in SOLVERS {
+        let settings = RenderSettings { max_depth: Some(1), ..statistics(integrator, 4) };
+        let values = interleaved(&picture(&scene, &parallel(DVec3::ZERO, DVec3::Z, 1.0), [4, 4], &settings));
+        assert!(values.iter().all(|value| *value == 0.0), "{integrator}");
     }
 }

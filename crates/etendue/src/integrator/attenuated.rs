@@ -121,6 +121,10 @@ impl ShadowQueue {
 
 /// Fraction of light that passes from a ray's origin to its hit, or to its end.
 fn attenuation(scene: &Scene, traveller: &mut Traveller, ray: &Ray, hit: &Hit) -> Spectrum {
+    if !hit.is_hit() && ray.t_max.is_infinite() {
+        // As for paths: no body goes on for ever.
+        scene.interiors().leave_all(&mut traveller.bodies);
+    }
     let Some(medium) = scene.interiors().medium(&traveller.bodies) else { return Spectrum::ONE };
     let direction = Vec3::from(ray.direction);
     let scale = direction.length();

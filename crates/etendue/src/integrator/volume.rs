@@ -43,8 +43,12 @@ pub(super) fn travel(
     path: usize,
     shadows: &mut ShadowQueue,
 ) -> bool {
-    let Some(medium) = context.scene.interiors().medium(&paths.bodies[path]) else { return true };
     let (ray, hit) = (paths.rays[path], paths.hits[path]);
+    if !hit.is_hit() {
+        // No body goes on for ever: one that is still there has a hole, or was left by rounding at an edge.
+        context.scene.interiors().leave_all(&mut paths.bodies[path]);
+    }
+    let Some(medium) = context.scene.interiors().medium(&paths.bodies[path]) else { return true };
     let length = if hit.is_hit() { hit.t } else { f32::INFINITY };
     let segment = Segment { origin: ray.origin.into(), direction: ray.direction.into(), length };
     let last = paths.progress[path].depth >= context.max_depth;
@@ -54,24 +58,36 @@ pub(super) fn travel(
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
     let u = context.sampler.one_d(key, number, Slot::FreeFlight);
     let mut stream = context.sampler.stream(key, number, Slot::FreeFlight);
-    let flight = medium.sample_flight(&segment, paths.throughput[path], u, &mut stream);
+    let mut flight = medium.sample_flight(&segment, paths.throughput[path], u, &mut stream);
+    let first = paths.progress[path].depth == 1;
+    if medium.scattering.is_black() && !(first && context.transparent) {
+        // What only absorbs needs no flights that end in it, but for alpha, which is the share of them.
+        flight.distance = None;
+        flight.weight = medium.transmittance(&segment, &mut stream);
+    }
     let emitted = paths.throughput[path] * flight.emitted;
     paths.radiance[path] += emitted;
     paths.throughput[path] *= flight.weight;
-    if paths.throughput[path].is_black() {
+    let goes_on = !paths.throughput[path].is_black();
+    let Some(distance) = flight.distance else {
+        paths.progress[path].alive = goes_on;
+        return goes_on;
+    };
+    if context.wants_layers && first {
+        keep_first_surface(context, paths, path);
+    }
+    if last || !goes_on {
+        // It has met the medium.
+        paths.progress[path].depth += 1;
         paths.progress[path].alive = false;
         return false;
     }
-    let Some(distance) = flight.distance else { return true };
-    if context.wants_layers && paths.progress[path].depth == 1 {
-        keep_first_surface(context, paths, path);
-    }
     let flown = Flown { segment, distance, density: flight.density, extinction: densest(medium) };
     let at = MediumPoint { medium, position: before(context, &ray, &hit, &segment, distance), wo: -segment.direction };
-    if !last && strategy != Strategy::Bsdf {
+    if strategy != Strategy::Bsdf {
         sample_light(context, strategy, paths, path, (&at, &flown), shadows);
     }
-    paths.progress[path].alive = !last && scatter(context, paths, path, (&at, flown));
+    paths.progress[path].alive = scatter(context, paths, path, (&at, flown));
     false
 }
 

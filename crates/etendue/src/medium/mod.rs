@@ -118,6 +118,11 @@ impl Medium {
         }
     }
 
+    /// True if no light passes an endless way through it.
+    pub fn hides_infinity(&self) -> bool {
+        self.density.is_none() && self.extinction().min_component() > 0.0
+    }
+
     /// True if light passes as through nothing.
     pub fn is_vacuum(&self) -> bool {
         let nothing = self.extinction().is_black() && self.emission.is_black();

@@ -105,6 +105,10 @@ impl Scene {
         let (mut lights, varied) = emitters::list(&parts, &mut placements);
         lights.extend(parts.delta_lights.iter().map(|light| distant::delta_light(light, center)));
         lights.extend(parts.environment.as_ref().and_then(distant::environment_light));
+        if interiors.hides_infinity() {
+            // Samples would be spent on light that does not arrive.
+            lights.retain(|light| !light.is_infinite());
+        }
         let accelerator = Accelerator::build(&world, settings.kind, settings.isa, settings.threads)?;
         let mut stats = stats;
         stats.objects = parts.objects.len() as u64;

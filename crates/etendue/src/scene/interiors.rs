@@ -145,9 +145,20 @@ impl Interiors {
         self.may_hide
     }
 
+    /// True if what fills the world lets no light from infinity through.
+    pub fn hides_infinity(&self) -> bool {
+        self.media.get(self.world as usize).is_some_and(Medium::hides_infinity)
+    }
+
     /// Outside of all bodies.
     pub fn outside(&self) -> BodyStack {
         BodyStack { entered: [Entered::default(); MAX_NESTED], depth: 0, medium: self.world, overflowed: false }
+    }
+
+    /// Leaves every body.
+    #[inline]
+    pub fn leave_all(&self, stack: &mut BodyStack) {
+        *stack = BodyStack { overflowed: stack.overflowed, ..self.outside() };
     }
 
     /// The medium where a stack is; `None` where nothing is.
