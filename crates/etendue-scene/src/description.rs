@@ -180,6 +180,8 @@ pub struct CameraRecord {
     pub up: DVec3,
     /// Degrees that the camera is turned about its view, clockwise as the photographer sees it.
     pub roll: f64,
+    /// Distance along the view of the plane on which rays begin, metres.
+    pub near_clip: f64,
     /// How points of the image become rays.
     pub lens: Lens,
     /// Where the camera is described.

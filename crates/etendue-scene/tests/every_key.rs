@@ -45,6 +45,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[camera]", "fov_axis") => "\"smaller\"",
         ("[camera]", "lens_radius") => "0.25",
         ("[camera]", "roll") => "2.5",
+        ("[camera]", "near_clip") => "0.125",
         ("[camera]", "focal_length") => "50",
         ("[camera]", "sensor") => "[24, 16]",
         ("[camera]", "f_number") => "2",
@@ -167,7 +168,7 @@ fn cameras() {
     let left_out = ["direction", "focal_length", "sensor", "f_number", "focus_point", "focus_object"];
     let scene = all_keys("[camera]", "[camera]", "type", "perspective", &left_out);
     assert_eq!((scene.camera.position, scene.camera.up), (DVec3::new(1.0, 2.0, 3.0), DVec3::Z));
-    assert_eq!(scene.camera.roll, 2.5);
+    assert_eq!((scene.camera.roll, scene.camera.near_clip), (2.5, 0.125));
     let Lens::Perspective { angle, radius, aperture, focus } = scene.camera.lens else { panic!() };
     assert_eq!(
         (angle, radius, focus),

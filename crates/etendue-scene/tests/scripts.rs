@@ -109,6 +109,7 @@ fn the_camera_of_the_first_figure() {
     let View::Direction(direction) = scene.camera.view else { panic!() };
     let near = |a: DVec3, b: [f64; 3]| assert!((a - DVec3::from_array(b)).abs().max_element() < 6e-6, "{a}");
     near(direction, [0.71351, 0.33889, -0.61324]);
+    assert_eq!(scene.camera.near_clip, 2.5);
     near(scene.camera.up, [0.46311, 0.428683, 0.775732]);
     near(direction.cross(scene.camera.up), [0.52577, -0.83749, 0.14892]);
     let Lens::Perspective { radius, aperture, focus, .. } = scene.camera.lens else { panic!() };

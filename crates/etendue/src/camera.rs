@@ -73,6 +73,9 @@ pub struct CameraSettings {
     pub up: DVec3,
     /// How points of the image become rays.
     pub projection: Projection,
+    /// Distance along the view axis of the plane on which rays begin, metres, at least 0: nothing nearer is seen, nor does a
+    /// medium begin before it.
+    pub near_clip: f64,
 }
 
 /// A camera that cannot be.
@@ -120,6 +123,7 @@ pub struct Camera {
     scale: Vec2,
     lens: Option<Lens>,
     parallel: bool,
+    near_clip: f32,
 }
 
 #[derive(Clone, Debug)]
@@ -196,6 +200,9 @@ impl Camera {
         if !(s.position.is_finite() && s.direction.is_finite() && s.up.is_finite()) {
             return Err(CameraError::NotFinite);
         }
+        if !(s.near_clip >= 0.0 && s.near_clip.is_finite()) {
+            return Err(CameraError::Range("the distance where rays begin", "at least 0"));
+        }
         let forward = s.direction.try_normalize().ok_or(CameraError::NoDirection)?;
         let up = s.up.try_normalize().ok_or(CameraError::UpParallel)?;
         let right = forward.cross(up);
@@ -240,6 +247,7 @@ impl Camera {
             scale: Vec2::new((2.0 / width) as f32, (2.0 / height) as f32),
             lens,
             parallel: matches!(s.projection, Projection::Orthographic { .. }),
+            near_clip: s.near_clip as f32,
         })
     }
 
@@ -247,6 +255,22 @@ impl Camera {
     /// that `u` in [0, 1)^2 picks.
     #[inline]
     pub fn ray(&self, x: f32, y: f32, u: [f32; 2]) -> CameraRay {
+        let ray = self.whole_ray(x, y, u);
+        if self.near_clip == 0.0 {
+            return ray;
+        }
+        CameraRay { origin: ray.origin + ray.direction * self.clipped(ray.direction), ..ray }
+    }
+
+    /// How much of a ray in `direction` lies before the plane where rays begin, metres.
+    #[inline]
+    fn clipped(&self, direction: Vec3) -> f32 {
+        self.near_clip / direction.dot(self.forward)
+    }
+
+    /// A ray from the lens or the plane of projection.
+    #[inline]
+    fn whole_ray(&self, x: f32, y: f32, u: [f32; 2]) -> CameraRay {
         let h = (x * self.scale.x - 1.0) * self.half.x;
         let v = (1.0 - y * self.scale.y) * self.half.y;
         if self.parallel {
@@ -271,7 +295,12 @@ impl Camera {
         self.origin
     }
 
-    /// The cone of a pixel about a ray in `direction`: where the ray meets a plane that faces the camera, it is as wide as
+    /// The middle of the plane where rays begin, relative to the scene's centre.
+    pub fn start(&self) -> Vec3 {
+        self.origin + self.forward * self.near_clip
+    }
+
+    /// The cone of a pixel about a ray in `direction`, from where it begins: where the ray meets a plane that faces the camera, it is as wide as
     /// the pixel there.
     #[inline]
     pub fn cone(&self, direction: Vec3) -> RayCone {
@@ -279,7 +308,10 @@ impl Camera {
         let pixel = self.half.y * self.scale.y;
         match self.parallel {
             true => RayCone { width: pixel, spread: 0.0 },
-            false => RayCone { width: 0.0, spread: pixel * direction.dot(self.forward) },
+            false => {
+                let spread = pixel * direction.dot(self.forward);
+                RayCone { width: spread * self.clipped(direction), spread }
+            }
         }
     }
 

@@ -163,7 +163,7 @@ pub fn render(
     let context = Context {
         scene,
         camera: &camera,
-        camera_bodies: bodies_about(scene, camera.origin()),
+        camera_bodies: bodies_about(scene, camera.start()),
         filter: &filter,
         sampler: settings.sampler,
         seed: settings.seed,

@@ -10,7 +10,13 @@ use etendue_testkit::{Rng, chi2::ChiSquare};
 use std::f64::consts::{PI, TAU};
 
 fn settings(projection: Projection) -> CameraSettings {
-    CameraSettings { position: dvec3(1.0, 2.0, 3.0), direction: dvec3(0.0, 0.0, -2.0), up: DVec3::Y, projection }
+    CameraSettings {
+        position: dvec3(1.0, 2.0, 3.0),
+        direction: dvec3(0.0, 0.0, -2.0),
+        up: DVec3::Y,
+        projection,
+        near_clip: 0.0,
+    }
 }
 
 fn perspective(axis: FovAxis, lens_radius: f64) -> CameraSettings {
@@ -124,12 +130,41 @@ fn apertures_are_filled_evenly() {
     }
 }
 
+/// Rays are the same half-lines, begun where they meet the plane; cones are as wide there as they have become.
+#[test]
+fn rays_begin_on_the_near_plane() {
+    let views = [
+        perspective(FovAxis::X, 0.0),
+        perspective(FovAxis::X, 0.25),
+        settings(Projection::Orthographic { height: 4.0 }),
+    ];
+    for view in views {
+        let (whole, clipped) = (make(&view), make(&CameraSettings { near_clip: 1.5, ..view }));
+        assert_eq!((clipped.depth(clipped.start()), clipped.origin()), (1.5, whole.origin()));
+        let mut rng = Rng::new(4);
+        for _ in 0..100 {
+            let [x, y] = rng.f32x2();
+            let u = rng.f32x2();
+            let (from, to) = (whole.ray(200.0 * x, 100.0 * y, u), clipped.ray(200.0 * x, 100.0 * y, u));
+            assert_eq!(from.direction, to.direction);
+            assert!((clipped.depth(to.origin) - 1.5).abs() < 1e-6);
+            let along = (to.origin - from.origin).length();
+            assert!((from.origin + from.direction * along - to.origin).length() < 1e-6);
+            let [before, after] = [&whole, &clipped].map(|camera| camera.cone(from.direction));
+            assert!((before.advanced(along).width - after.width).abs() < 1e-6 && before.spread == after.spread);
+        }
+    }
+}
+
 #[test]
 fn cameras_that_cannot_be_are_refused() {
     let refused = |s: &CameraSettings| Camera::new(s, [8, 8], DVec3::ZERO).expect_err("not a camera");
     let good = perspective(FovAxis::X, 0.0);
     assert_eq!(refused(&CameraSettings { direction: DVec3::ZERO, ..good }), CameraError::NoDirection);
     assert_eq!(refused(&CameraSettings { up: dvec3(0.0, 0.0, 3.0), ..good }), CameraError::UpParallel);
+    for near_clip in [-1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(refused(&CameraSettings { near_clip, ..good }), CameraError::Range(..)));
+    }
     assert_eq!(refused(&CameraSettings { position: dvec3(f64::NAN, 0.0, 0.0), ..good }), CameraError::NotFinite);
     for fov in [0.0, -1.0, PI, f64::NAN] {
         let (axis, aperture) = (FovAxis::X, Aperture::Round);

@@ -13,7 +13,7 @@ use etendue::{
     math::{DAffine3, DVec3, dvec3},
     medium::Medium,
     render::{RenderControl, RenderSettings, render},
-    scene::Scene,
+    scene::{Scene, Shape},
     spectrum::Spectrum,
 };
 
@@ -131,4 +131,37 @@ fn gas_covers(absorption: Spectrum, scattering: Spectrum) {
         })
         .collect();
     assert_mean("alpha", &moments, exact, 0.01);
+}
+
+/// The world's medium begins where rays do: it absorbs from there on, also where a body stands before.
+#[test]
+fn fog_begins_on_the_near_plane() {
+    for near_clip in [0.0, 1.5, 2.5] {
+        let mut parts = Parts::default();
+        let absorption = Spectrum([0.1, 0.2, 0.5]);
+        parts.0.media.push(Medium { name: "smoke".to_owned(), absorption, ..Medium::default() });
+        parts.0.world_medium = Some("smoke".to_owned());
+        let boundary = parts.material(Scattering::Black);
+        parts.0.materials[boundary].opacity = 0.0.into();
+        parts.0.materials[boundary].priority = Some(1);
+        let (hollow, lamp) = (parts.shape(cube(false)), parts.emitter([1.0; 3], true));
+        parts.place(hollow, DAffine3::IDENTITY, boundary);
+        let wall =
+            parts.shape(Shape::Rectangle { corner: dvec3(-9.0, -9.0, -2.0), u: DVec3::X * 18.0, v: DVec3::Y * 18.0 });
+        parts.place(wall, DAffine3::IDENTITY, lamp);
+        let view = CameraSettings {
+            projection: Projection::Orthographic { height: 0.1 },
+            near_clip,
+            ..camera(dvec3(0.0, 0.0, 3.0), DVec3::ZERO)
+        };
+        let settings = RenderSettings { max_depth: Some(1), ..statistics(Integrator::Path, 2) };
+        let image = developed(&parts.build(), &view, &settings, &[], false);
+        // Before the body, two metres of nothing within, and behind it.
+        let smoke = (2.0 - near_clip).max(0.0) + 1.0;
+        for (name, k) in ["R", "G", "B"].into_iter().zip(absorption.0) {
+            let exact = (-f64::from(k) * smoke).exp() as f32;
+            let found = channel(&image, name);
+            assert!(found.iter().all(|value| (value - exact).abs() < 1e-5), "{near_clip} {name}: {} {exact}", found[0]);
+        }
+    }
 }

@@ -39,7 +39,7 @@ pub fn camera(record: &CameraRecord, size: [u32; 2], parts: &SceneParts) -> Resu
             Projection::Perspective { fov, axis, lens_radius: *radius, aperture, focus_distance: distance }
         }
     };
-    Ok(CameraSettings { position: record.position, direction, up, projection })
+    Ok(CameraSettings { position: record.position, direction, up, projection, near_clip: record.near_clip })
 }
 
 /// Radians, and the side that they span.

@@ -65,6 +65,7 @@ pub static CAMERA: Section = Section {
         all("direction"),
         all("up"),
         all("roll"),
+        all("near_clip"),
         of("fov", &["perspective"]),
         of("fov_axis", &["perspective"]),
         of("focal_length", &["perspective"]),

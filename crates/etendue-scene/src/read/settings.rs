@@ -44,6 +44,7 @@ pub fn any_camera(origin: &Origin) -> CameraRecord {
         view: View::Direction(DVec3::NEG_Z),
         up: DVec3::Y,
         roll: 0.0,
+        near_clip: 0.0,
         lens: Lens::Orthographic { height: 1.0 },
         origin: origin.clone(),
     }
@@ -63,6 +64,7 @@ pub fn camera(item: Item) -> Option<CameraRecord> {
     let view = view(&fields, position);
     let up = fields.read("up", |i| i.direction()).unwrap_or(DVec3::Y);
     let roll = fields.read("roll", |i| i.number(TURN)).unwrap_or(0.0);
+    let near_clip = fields.read("near_clip", |i| i.number(Bounds::LENGTH_OR_ZERO)).unwrap_or(0.0);
     let lens = match kind {
         Some(true) => fields.need("height", |i| i.number(Bounds::LENGTH)).map(|height| Lens::Orthographic { height }),
         Some(false) => Some(perspective(&fields, view)),
@@ -80,7 +82,7 @@ pub fn camera(item: Item) -> Option<CameraRecord> {
         }
     }
     fields.finish();
-    Some(CameraRecord { position: position?, view: view?, up, roll, lens: lens?, origin })
+    Some(CameraRecord { position: position?, view: view?, up, roll, near_clip, lens: lens?, origin })
 }
 
 fn view(fields: &Fields, position: Option<DVec3>) -> Option<View> {

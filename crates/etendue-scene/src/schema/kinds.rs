@@ -157,7 +157,7 @@ fn camera(key: &str) -> Option<Kind> {
         "fov_axis" => choice(&["x", "y", "smaller", "larger"]),
         "focal_length" => Number(millimetres()),
         "sensor" => pair(Number(millimetres())),
-        "lens_radius" => Number(Bounds::LENGTH_OR_ZERO),
+        "lens_radius" | "near_clip" => Number(Bounds::LENGTH_OR_ZERO),
         "f_number" => Number(Bounds::within(0.01, 1e6)),
         "aperture" => choice(&["round", "square", "polygon"]),
         "blades" => Integer(3, 64),

@@ -80,6 +80,7 @@ fn camera(scene: &ScriptScene, out: &mut SceneText) {
     line(format!("position = {}", vector(camera.position)));
     line(format!("direction = {}", vector(camera.direction)));
     line(format!("up = {}", vector(camera.up)));
+    line(format!("near_clip = {}", number(camera.distance)));
     line(format!("focal_length = {}", number(camera.distance)));
     line(format!("sensor = {}", numbers(camera.window)));
     if let Some(lens) = camera.lens {

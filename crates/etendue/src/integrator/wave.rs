@@ -20,7 +20,7 @@ use etendue_accel::{PrimitiveId, Ray};
 pub(crate) struct Context<'a> {
     pub scene: &'a Scene,
     pub camera: &'a Camera,
-    /// The bodies in which the camera's centre lies.
+    /// The bodies in which the middle of the plane lies where rays begin.
     pub camera_bodies: BodyStack,
     pub filter: &'a FilterSampler,
     pub sampler: Sampler,
@@ -108,7 +108,7 @@ impl Wave {
             let cone = context.camera.cone(camera_ray.direction);
             if context.has_media() {
                 let bodies =
-                    bodies_along(context.scene, &context.camera_bodies, context.camera.origin(), camera_ray.origin);
+                    bodies_along(context.scene, &context.camera_bodies, context.camera.start(), camera_ray.origin);
                 self.paths.push_within(ray, cone, id, bodies);
             } else {
                 self.paths.push(ray, cone, id);

@@ -127,7 +127,7 @@ pub fn camera(position: DVec3, target: DVec3) -> CameraSettings {
     };
     let direction = target - position;
     let up = if direction.normalize().y.abs() > 0.9 { dvec3(0.0, 0.0, 1.0) } else { dvec3(0.0, 1.0, 0.0) };
-    CameraSettings { position, direction, up, projection }
+    CameraSettings { position, direction, up, projection, near_clip: 0.0 }
 }
 
 /// Renders the whole image of `size` pixels.
