@@ -9,6 +9,7 @@ mod bounds;
 mod brute;
 mod bvh;
 mod error;
+mod flat;
 mod geometry;
 mod isa;
 mod items;

@@ -4,8 +4,10 @@
 
 use std::arch::x86_64::*;
 
+use super::x86_scan::{scan_avx2, scan_avx512};
 use super::{Simd, Stack};
 use crate::bvh::node::{Node, Pack, WIDTH, near_rows};
+use crate::flat::{FlatTriangle, Group, Pairs};
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
@@ -42,6 +44,17 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        triangles: &[FlatTriangle],
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32 {
+        // SAFETY: as above.
+        unsafe { scan_avx2::<AXIS, ANY>(triangles, rays, pairs) }
+    }
+
+    #[inline(always)]
     fn prefetch<T>(self, what: &T) {
         prefetch(what);
     }
@@ -58,6 +71,17 @@ impl Simd for Avx512 {
     fn candidates(self, pack: &Pack, ray: &LocalRay) -> u32 {
         // SAFETY: as above; the features of AVX2 are among those of Avx512.
         unsafe { candidates_avx2(pack, ray) }
+    }
+
+    #[inline(always)]
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        triangles: &[FlatTriangle],
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32 {
+        // SAFETY: as above.
+        unsafe { scan_avx512::<AXIS, ANY>(triangles, rays, pairs) }
     }
 
     #[inline(always)]
@@ -193,7 +217,7 @@ fn store8_words(to: &mut [u32], value: __m256i) {
 }
 
 /// For each set of lanes, their numbers in order, one a byte.
-static COMPRESS: [u64; 256] = {
+pub(super) static COMPRESS: [u64; 256] = {
     let mut table = [0; 256];
     let mut set = 0;
     while set < 256 {
