@@ -38,9 +38,15 @@ impl SurfacePoint {
     /// position. Together with the skip id this is the one method against self-intersection, for all shapes.
     #[inline]
     pub fn leave(&self, direction: Vec3) -> Vec3 {
-        let side = self.offset.copysign(direction.dot(self.geometric_normal));
-        self.position + self.geometric_normal * side
+        leave(self.position, self.geometric_normal, self.offset, direction)
     }
+}
+
+/// See [`SurfacePoint::leave`].
+#[inline(always)]
+pub(crate) fn leave(position: Vec3, geometric_normal: Vec3, offset: f32, direction: Vec3) -> Vec3 {
+    let side = offset.copysign(direction.dot(geometric_normal));
+    position + geometric_normal * side
 }
 
 /// Makes the surface point of a hit.

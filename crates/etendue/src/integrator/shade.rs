@@ -3,6 +3,7 @@
 use super::{
     attenuated::Traveller,
     circle,
+    diffuse::{DiffuseLanes, DiffuseVertex},
     horizon::Horizon,
     paths::{Flown, Paths, Previous},
     shadow::ShadowQueue,
@@ -33,19 +34,16 @@ pub(super) enum Strategy {
 }
 
 /// Edges that a path has before roulette may end it.
-const ROULETTE_FROM: u32 = 4;
+pub(super) const ROULETTE_FROM: u32 = 4;
 /// Paths survive with at most this probability, so that none is endless in a room that loses nothing. Variance stays finite
 /// while the albedo's square is below it.
 const MAX_SURVIVAL: f32 = 0.999;
 
 /// Weight of a sample with density `own` where another strategy has density `other`, both in the same measure.
-#[inline]
+#[inline(always)]
 pub(super) fn power_heuristic(own: f32, other: f32) -> f32 {
-    if own.is_infinite() {
-        return 1.0;
-    }
     // A ratio, so that squares cannot overflow.
-    let ratio = other / own;
+    let ratio = if own == f32::INFINITY { 0.0 } else { other / own };
     1.0 / (1.0 + ratio * ratio)
 }
 
@@ -69,6 +67,7 @@ pub(super) fn shade<const MEDIA: bool>(
     paths: &mut Paths,
     path: usize,
     shadows: &mut ShadowQueue,
+    lanes: &mut DiffuseLanes,
 ) {
     if MEDIA && !volume::travel(context, strategy, paths, path, shadows) {
         return;
@@ -101,6 +100,10 @@ pub(super) fn shade<const MEDIA: bool>(
     }
     if paths.progress[path].depth >= context.max_depth {
         paths.progress[path].alive = false;
+        return;
+    }
+    if !MEDIA && let Some(vertex) = vertex.as_diffuse() {
+        lanes.push(context, strategy, paths, path, &vertex, shadows);
         return;
     }
     if strategy != Strategy::Bsdf && !vertex.bsdf.is_delta() {
@@ -160,6 +163,29 @@ impl<'a> Vertex<'a> {
         let frame = frame(context, &point, hit, bsdf);
         let local_wo = frame.to_local(wo);
         Self { point, bsdf, frame, wo, local_wo, horizon }
+    }
+
+    /// The vertex for [`DiffuseLanes`], if it is of those.
+    #[inline]
+    fn as_diffuse(&self) -> Option<DiffuseVertex> {
+        let Bsdf::Diffuse(_) = self.bsdf else { return None };
+        if self.bsdf.transmits() || self.bsdf.is_delta() || self.horizon.is_rough() {
+            return None;
+        }
+        let (offset, skip) = match self.horizon.lifted {
+            Some(_) => (0.0, PrimitiveId::NONE),
+            None => (self.point.offset, self.point.id),
+        };
+        Some(DiffuseVertex {
+            position: self.gathers_at(),
+            offset,
+            skip,
+            geometric_normal: self.point.geometric_normal,
+            shading_normal: self.point.shading_normal,
+            base: self.horizon.base(),
+            wo: self.wo,
+            albedo: self.bsdf.albedo(),
+        })
     }
 
     /// True if shading and geometric normal agree on which side `wi` is.
@@ -441,6 +467,13 @@ pub(super) fn survives(context: &Context, paths: &mut Paths, path: usize) -> boo
 /// glass is given back when the path leaves, so it is no loss.
 #[inline]
 fn roulette(throughput: Spectrum, eta: f32, u: f32) -> Option<Spectrum> {
-    let survival = (throughput.max_component() * eta * eta).min(MAX_SURVIVAL);
+    let survival = survival(throughput, eta);
     (u < survival).then(|| throughput * (1.0 / survival))
+}
+
+/// The probability with which a path survives roulette.
+#[inline(always)]
+pub(super) fn survival(throughput: Spectrum, eta: f32) -> f32 {
+    let survival = throughput.max_component() * eta * eta;
+    if survival < MAX_SURVIVAL { survival } else { MAX_SURVIVAL }
 }

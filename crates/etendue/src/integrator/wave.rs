@@ -2,6 +2,7 @@
 
 use super::{
     Integrator,
+    diffuse::DiffuseLanes,
     enclosure::bodies_along,
     paths::{Paths, SampleId},
     shade::{self, Strategy},
@@ -54,11 +55,17 @@ pub(crate) struct Wave {
     capacity: usize,
     paths: Paths,
     shadows: ShadowQueue,
+    diffuse: Box<DiffuseLanes>,
 }
 
 impl Wave {
     pub fn new(capacity: usize) -> Self {
-        Self { capacity, paths: Paths::with_capacity(capacity), shadows: ShadowQueue::with_capacity(capacity) }
+        Self {
+            capacity,
+            paths: Paths::with_capacity(capacity),
+            shadows: ShadowQueue::with_capacity(capacity),
+            diffuse: DiffuseLanes::new(),
+        }
     }
 
     /// Traces all `samples` (absolute pixel, sample index) into `tile`.
@@ -135,19 +142,20 @@ impl Wave {
         }
         for path in 0..self.paths.len() {
             let depth = self.paths.progress[path].depth;
-            shade::shade::<false>(context, strategy, &mut self.paths, path, &mut self.shadows);
+            shade::shade::<false>(context, strategy, &mut self.paths, path, &mut self.shadows, &mut self.diffuse);
             if context.wants_direct && depth == 2 {
                 // What the second edge found is in; light samples of its end are on their way, and longer.
                 self.paths.direct[path] = self.paths.radiance[path];
             }
         }
+        self.diffuse.finish(context, strategy, &mut self.paths, &mut self.shadows);
     }
 
     fn shade_within_media(&mut self, context: &Context, strategy: Strategy) {
         for path in 0..self.paths.len() {
             let depth = self.paths.progress[path].depth;
             let before = self.paths.radiance[path];
-            shade::shade::<true>(context, strategy, &mut self.paths, path, &mut self.shadows);
+            shade::shade::<true>(context, strategy, &mut self.paths, path, &mut self.shadows, &mut self.diffuse);
             if context.wants_direct && depth <= 2 {
                 // Edges in several media come in pieces, between which longer ways of light arrive.
                 let found = self.paths.radiance[path] - before;

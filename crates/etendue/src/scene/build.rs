@@ -125,6 +125,7 @@ impl Scene {
             center,
             placements,
             bsdfs: parts.materials.iter().map(plain_bsdf).collect(),
+            rectangles: super::rectangle_frames(&lights, &varied),
             lights: LightTable::new(lights, f64::from(radius))?,
             varied,
             interiors,
