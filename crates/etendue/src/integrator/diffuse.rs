@@ -374,14 +374,16 @@ impl Kernel for Rectangle<'_> {
     #[inline(always)]
     fn run(self) {
         let n = self.lanes.whole();
+        // Copies, so that nothing in the loop can be thought to change them.
+        let (frame, chosen, radiance) = (*self.frame, self.index, Vec3::from_array(self.radiance.0));
         let DiffuseLanes { lights, vertices, place, .. } = self.lanes;
         for i in 0..n {
-            let view = self.frame.view(vertices.position.get(i).as_dvec3());
-            let drawn = self.frame.sample(&view, [place[0][i], place[1][i]]);
+            let view = frame.view(vertices.position.get(i).as_dvec3());
+            let drawn = frame.sample(&view, [place[0][i], place[1][i]]);
             let found = if drawn.is_valid { Lit::Continuous as u32 } else { Lit::No as u32 };
             let found = if view.is_mapped { found } else { Lit::Ask as u32 };
             let found = if view.is_seen { found } else { Lit::No as u32 };
-            let own = lights.index[i] == self.index;
+            let own = lights.index[i] == chosen;
             let keep = |new: f32, old: f32| if own { new } else { old };
             let keep3 = |new: Vec3, old: Vec3| vec3(keep(new.x, old.x), keep(new.y, old.y), keep(new.z, old.z));
             lights.lit[i] = if own { found } else { lights.lit[i] };
@@ -389,7 +391,6 @@ impl Kernel for Rectangle<'_> {
             lights.wi.set(i, keep3(drawn.wi, lights.wi.get(i)));
             lights.target.set(i, keep3(drawn.target, lights.target.get(i)));
             lights.density[i] = keep(drawn.density * lights.probability[i], lights.density[i]);
-            let radiance = Vec3::from_array(self.radiance.0);
             lights.radiance.set(i, keep3(radiance, lights.radiance.get(i)));
         }
     }

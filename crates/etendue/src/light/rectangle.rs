@@ -156,7 +156,7 @@ impl TrianglePair {
 /// Angles are added as products of complex numbers, so that one arc tangent is enough.
 ///
 /// Its functions have no branches, so that loops over many points become vector code.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct RectangleFrame {
     corner: DVec3,
     x_axis: DVec3,
