@@ -17,7 +17,7 @@ use crate::{
     math::{Frame, PI, Vec3, vec3},
     sampling::{KeyLanes, Sampler, Slot, warp},
     spectrum::Spectrum,
-    surface::leave,
+    surface::{flat_point, leave},
 };
 use etendue_accel::{Kernel, PrimitiveId, run};
 
@@ -60,7 +60,7 @@ impl Vectors {
     }
 }
 
-/// A diffuse vertex, as [`DiffuseLanes::push`] takes it.
+/// A diffuse vertex, as [`Diffuse::take`] takes it.
 pub(super) struct DiffuseVertex {
     /// Where light is gathered and rays leave from; with how far they are moved off, 0 for a point that was lifted.
     pub position: Vec3,
@@ -74,6 +74,12 @@ pub(super) struct DiffuseVertex {
     /// Unit, towards where the path comes from.
     pub wo: Vec3,
     pub albedo: Spectrum,
+}
+
+/// Facets of which [`flat_point`] makes vertices.
+struct Facets {
+    corners: [Vectors; 3],
+    weights: [Numbers; 2],
 }
 
 /// Vertices as they come from the surface.
@@ -133,9 +139,71 @@ struct Onward {
 
 const NO_LIGHT: u32 = u32::MAX;
 
-/// The lanes of one worker.
-pub(super) struct DiffuseLanes {
+/// The diffuse vertices of a wave: on plain facets, and all others.
+pub(super) struct Diffuse {
+    facets: Box<DiffuseLanes>,
+    vertices: Box<DiffuseLanes>,
+}
+
+impl Diffuse {
+    pub fn new() -> Self {
+        Self { facets: DiffuseLanes::new(true), vertices: DiffuseLanes::new(false) }
+    }
+
+    /// Takes over path `path`, which has hit something, if that is a plain facet.
+    #[inline]
+    pub fn take_facet(
+        &mut self,
+        context: &Context,
+        strategy: Strategy,
+        paths: &mut Paths,
+        path: usize,
+        shadows: &mut ShadowQueue,
+    ) -> bool {
+        let Some((corners, albedo)) = context.scene.plain_facet(&paths.hits[path]) else { return false };
+        let progress = &mut paths.progress[path];
+        if progress.depth >= context.max_depth {
+            progress.alive = false;
+            return true;
+        }
+        paths.cones[path] = paths.cones[path].advanced(paths.hits[path].t);
+        self.facets.push_facet(paths, path, &corners, albedo);
+        if self.facets.is_full() {
+            self.facets.finish(context, strategy, paths, shadows);
+        }
+        true
+    }
+
+    /// Takes over path `path` at the vertex that it has reached.
+    #[inline]
+    pub fn take(
+        &mut self,
+        context: &Context,
+        strategy: Strategy,
+        paths: &mut Paths,
+        path: usize,
+        vertex: &DiffuseVertex,
+        shadows: &mut ShadowQueue,
+    ) {
+        self.vertices.push(paths, path, vertex);
+        if self.vertices.is_full() {
+            self.vertices.finish(context, strategy, paths, shadows);
+        }
+    }
+
+    /// Takes all paths on that were taken over.
+    pub fn finish(&mut self, context: &Context, strategy: Strategy, paths: &mut Paths, shadows: &mut ShadowQueue) {
+        self.facets.finish(context, strategy, paths, shadows);
+        self.vertices.finish(context, strategy, paths, shadows);
+    }
+}
+
+/// Vertices that are taken together.
+struct DiffuseLanes {
     len: usize,
+    /// True if all vertices are pushed as facets, false if none is.
+    flat: bool,
+    facets: Facets,
     path: [u32; LANES],
     skip: [PrimitiveId; LANES],
     keys: KeyLanes<LANES>,
@@ -149,10 +217,13 @@ pub(super) struct DiffuseLanes {
 }
 
 impl DiffuseLanes {
-    pub fn new() -> Box<Self> {
+    /// Empty lanes, for facets or for vertices.
+    fn new(flat: bool) -> Box<Self> {
         let (numbers, vectors) = ([0.0; LANES], Vectors::ZERO);
         Box::new(Self {
             len: 0,
+            flat,
+            facets: Facets { corners: [vectors; 3], weights: [numbers; 2] },
             path: [0; LANES],
             skip: [PrimitiveId::NONE; LANES],
             keys: KeyLanes::default(),
@@ -188,44 +259,60 @@ impl DiffuseLanes {
         })
     }
 
-    /// Adds the vertex that path `path` has reached, and takes all lanes on if they are full.
+    /// Adds the vertex that path `path` has reached. The lanes must not be full.
     #[inline]
-    pub fn push(
-        &mut self,
-        context: &Context,
-        strategy: Strategy,
-        paths: &mut Paths,
-        path: usize,
-        vertex: &DiffuseVertex,
-        shadows: &mut ShadowQueue,
-    ) {
-        let (i, progress) = (self.len, &paths.progress[path]);
-        let to = &mut self.vertices;
+    fn push(&mut self, paths: &Paths, path: usize, vertex: &DiffuseVertex) {
+        let (i, to) = (self.len, &mut self.vertices);
         to.position.set(i, vertex.position);
         to.offset[i] = vertex.offset;
         to.geometric_normal.set(i, vertex.geometric_normal);
         to.shading_normal.set(i, vertex.shading_normal);
         to.base.set(i, vertex.base);
-        to.wo.set(i, vertex.wo);
-        to.albedo.set_spectrum(i, vertex.albedo);
+        self.push_path(paths, path, vertex.wo, vertex.albedo, vertex.skip);
+    }
+
+    /// As [`Self::push`], a facet that path `path` has hit.
+    #[inline]
+    fn push_facet(&mut self, paths: &Paths, path: usize, corners: &[Vec3; 3], albedo: Spectrum) {
+        let (i, hit) = (self.len, &paths.hits[path]);
+        let [a, b, c] = &mut self.facets.corners;
+        a.set(i, corners[0]);
+        b.set(i, corners[1]);
+        c.set(i, corners[2]);
+        self.facets.weights[0][i] = hit.u;
+        self.facets.weights[1][i] = hit.v;
+        self.push_path(paths, path, -Vec3::from(paths.rays[path].direction), albedo, hit.id);
+    }
+
+    #[inline]
+    fn push_path(&mut self, paths: &Paths, path: usize, wo: Vec3, albedo: Spectrum, skip: PrimitiveId) {
+        let (i, to, progress) = (self.len, &mut self.vertices, &paths.progress[path]);
+        to.wo.set(i, wo);
+        to.albedo.set_spectrum(i, albedo);
         to.throughput.set_spectrum(i, paths.throughput[path]);
         to.eta[i] = if progress.depth < ROULETTE_FROM { f32::INFINITY } else { progress.eta };
         self.keys.set(i, paths.samples[path].key, progress.vertex);
         self.path[i] = path as u32;
-        self.skip[i] = vertex.skip;
+        self.skip[i] = skip;
         self.len += 1;
-        if self.len == LANES {
-            self.finish(context, strategy, paths, shadows);
-        }
+    }
+
+    /// True if no more can be pushed.
+    #[inline]
+    fn is_full(&self) -> bool {
+        self.len == LANES
     }
 
     /// Takes what lanes there are through light samples and scattering, and empties them.
-    pub fn finish(&mut self, context: &Context, strategy: Strategy, paths: &mut Paths, shadows: &mut ShadowQueue) {
+    fn finish(&mut self, context: &Context, strategy: Strategy, paths: &mut Paths, shadows: &mut ShadowQueue) {
         if self.len == 0 {
             return;
         }
         let isa = context.scene.accelerator().isa();
         let gathers = strategy != Strategy::Bsdf && !context.scene.lights().is_empty();
+        if self.flat {
+            run(isa, Place { lanes: self });
+        }
         run(isa, Draw { lanes: self, sampler: context.sampler, gathers });
         if gathers {
             self.choose_lights(context);
@@ -333,6 +420,30 @@ impl DiffuseLanes {
             let progress = &mut paths.progress[path];
             progress.depth += 1;
             progress.vertex += 1;
+        }
+    }
+}
+
+/// The points of facets.
+struct Place<'a> {
+    lanes: &'a mut DiffuseLanes,
+}
+
+impl Kernel for Place<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let n = self.lanes.whole();
+        let DiffuseLanes { facets: Facets { corners: [a, b, c], weights }, vertices, .. } = self.lanes;
+        for i in 0..n {
+            let corners = [a.get(i), b.get(i), c.get(i)];
+            let (position, offset, normal) = flat_point(corners, weights[0][i], weights[1][i]);
+            vertices.position.set(i, position);
+            vertices.offset[i] = offset;
+            vertices.geometric_normal.set(i, normal);
+            vertices.shading_normal.set(i, normal);
+            vertices.base.set(i, normal);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::{
     attenuated::Traveller,
     circle,
-    diffuse::{DiffuseLanes, DiffuseVertex},
+    diffuse::{Diffuse, DiffuseVertex},
     horizon::Horizon,
     paths::{Flown, Paths, Previous},
     shadow::ShadowQueue,
@@ -67,7 +67,7 @@ pub(super) fn shade<const MEDIA: bool>(
     paths: &mut Paths,
     path: usize,
     shadows: &mut ShadowQueue,
-    lanes: &mut DiffuseLanes,
+    diffuse: &mut Diffuse,
 ) {
     if MEDIA && !volume::travel(context, strategy, paths, path, shadows) {
         return;
@@ -81,6 +81,11 @@ pub(super) fn shade<const MEDIA: bool>(
         paths.progress[path].alive = false;
         return;
     }
+    // Layers want more of the first surface than plain facets tell.
+    let wants_first = context.wants_layers && paths.progress[path].depth == 1;
+    if !MEDIA && !wants_first && diffuse.take_facet(context, strategy, paths, path, shadows) {
+        return;
+    }
     let point = context.scene.surface_point(&ray, &hit);
     paths.cones[path] = paths.cones[path].advanced(hit.t);
     let meeting = if MEDIA { meet(context, paths, path, &point) } else { Meeting::PLAIN };
@@ -92,7 +97,7 @@ pub(super) fn shade<const MEDIA: bool>(
     let mut textured = Bsdf::Black;
     let seen = Seen { wo, width: paths.cones[path].width, surroundings: meeting.surroundings };
     let vertex = Vertex::new(context, point, &hit, seen, &mut textured);
-    if context.wants_layers && paths.progress[path].depth == 1 {
+    if wants_first {
         paths.first[path] = first_hit(context, &vertex, &hit);
     }
     if vertex.point.light != NO_LIGHT {
@@ -103,7 +108,7 @@ pub(super) fn shade<const MEDIA: bool>(
         return;
     }
     if !MEDIA && let Some(vertex) = vertex.as_diffuse() {
-        lanes.push(context, strategy, paths, path, &vertex, shadows);
+        diffuse.take(context, strategy, paths, path, &vertex, shadows);
         return;
     }
     if strategy != Strategy::Bsdf && !vertex.bsdf.is_delta() {
@@ -165,7 +170,7 @@ impl<'a> Vertex<'a> {
         Self { point, bsdf, frame, wo, local_wo, horizon }
     }
 
-    /// The vertex for [`DiffuseLanes`], if it is of those.
+    /// The vertex for [`Diffuse`], if it is of those.
     #[inline]
     fn as_diffuse(&self) -> Option<DiffuseVertex> {
         let Bsdf::Diffuse(_) = self.bsdf else { return None };

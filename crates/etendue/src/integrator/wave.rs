@@ -2,7 +2,7 @@
 
 use super::{
     Integrator,
-    diffuse::DiffuseLanes,
+    diffuse::Diffuse,
     enclosure::bodies_along,
     paths::{Paths, SampleId},
     shade::{self, Strategy},
@@ -55,7 +55,7 @@ pub(crate) struct Wave {
     capacity: usize,
     paths: Paths,
     shadows: ShadowQueue,
-    diffuse: Box<DiffuseLanes>,
+    diffuse: Diffuse,
 }
 
 impl Wave {
@@ -64,7 +64,7 @@ impl Wave {
             capacity,
             paths: Paths::with_capacity(capacity),
             shadows: ShadowQueue::with_capacity(capacity),
-            diffuse: DiffuseLanes::new(),
+            diffuse: Diffuse::new(),
         }
     }
 
@@ -113,12 +113,11 @@ impl Wave {
             };
             let id = SampleId { key, pixel, index, weight };
             let cone = context.camera.cone(camera_ray.direction);
+            self.paths.push(ray, cone, id, context.wants_layers, context.wants_direct);
             if context.has_media() {
-                let bodies =
-                    bodies_along(context.scene, &context.camera_bodies, context.camera.origin(), camera_ray.origin);
-                self.paths.push_within(ray, cone, id, bodies);
-            } else {
-                self.paths.push(ray, cone, id);
+                let camera = context.camera.origin();
+                let bodies = bodies_along(context.scene, &context.camera_bodies, camera, camera_ray.origin);
+                self.paths.push_bodies(bodies);
             }
         }
         (self.paths.len() - before) as u64
@@ -179,7 +178,7 @@ impl Wave {
                 direct: self.paths.direct(path),
                 weight,
                 met_surface: self.paths.met_something(path),
-                first: self.paths.first[path],
+                first: self.paths.first(path),
             };
             tile.add(pixel, index, &sample);
             overflowed += u64::from(self.paths.bodies.get(path).is_some_and(|bodies| bodies.overflowed));

@@ -38,6 +38,8 @@ pub(crate) struct Placement {
     /// Which of them each face has; absent: the first.
     face_materials: Option<Arc<[u32]>>,
     lights: FaceLights,
+    /// True for meshes in world space without vertex normals, all of whose faces are of moderate size.
+    is_flat: bool,
 }
 
 /// The primitives of a placement, in its own space.
@@ -130,6 +132,8 @@ pub struct Scene {
     materials: Vec<Material>,
     /// Of materials without textures and relief.
     bsdfs: Vec<Option<Bsdf>>,
+    /// Of materials that do nothing but reflect diffusely, alike everywhere.
+    albedos: Vec<Option<Spectrum>>,
     lights: LightTable,
     varied: VariedLights,
     rectangles: Vec<Option<Box<RectangleFrame>>>,
@@ -221,6 +225,20 @@ impl Scene {
     #[inline]
     pub fn bsdf(&self, index: u32) -> Option<&Bsdf> {
         self.bsdfs[index as usize].as_ref()
+    }
+
+    /// The corners of the facet that was hit and its albedo, where that says all about the surface: flat, opaque, and
+    /// diffuse alike everywhere.
+    #[inline]
+    pub(crate) fn plain_facet(&self, hit: &Hit) -> Option<([Vec3; 3], Spectrum)> {
+        let placement = &self.placements[hit.id.instance as usize];
+        let Primitives::Mesh(mesh) = &placement.primitives else { return None };
+        if !placement.is_flat {
+            return None;
+        }
+        let albedo = self.albedos[placement.material(hit.id.primitive) as usize]?;
+        let [a, b, c] = mesh.indices[hit.id.primitive as usize];
+        Some(([mesh.corner(a), mesh.corner(b), mesh.corner(c)], albedo))
     }
 
     /// The full surface point of a hit that `ray` made.
