@@ -20,14 +20,14 @@ impl Spectrum {
     }
 
     /// Applies `f` to each channel.
-    #[inline]
+    #[inline(always)]
     pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
         let [r, g, b] = self.0;
         Self([f(r), f(g), f(b)])
     }
 
     /// Largest channel.
-    #[inline]
+    #[inline(always)]
     pub fn max_component(self) -> f32 {
         let [r, g, b] = self.0;
         r.max(g).max(b)
@@ -55,9 +55,10 @@ impl Spectrum {
     }
 
     /// True if every channel is zero.
-    #[inline]
+    #[inline(always)]
     pub fn is_black(self) -> bool {
-        self.0 == [0.0; 3]
+        let [r, g, b] = self.0;
+        (r == 0.0) & (g == 0.0) & (b == 0.0)
     }
 
     /// True if every channel is finite.
@@ -83,9 +84,10 @@ channelwise!(Add add +, Sub sub -, Mul mul *, Div div /);
 
 impl Mul<f32> for Spectrum {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, factor: f32) -> Self {
-        self.map(|c| c * factor)
+        let [r, g, b] = self.0;
+        Self([r * factor, g * factor, b * factor])
     }
 }
 

@@ -38,9 +38,15 @@ impl SurfacePoint {
     /// position. Together with the skip id this is the one method against self-intersection, for all shapes.
     #[inline]
     pub fn leave(&self, direction: Vec3) -> Vec3 {
-        let side = self.offset.copysign(direction.dot(self.geometric_normal));
-        self.position + self.geometric_normal * side
+        leave(self.position, self.geometric_normal, self.offset, direction)
     }
+}
+
+/// See [`SurfacePoint::leave`].
+#[inline(always)]
+pub(crate) fn leave(position: Vec3, geometric_normal: Vec3, offset: f32, direction: Vec3) -> Vec3 {
+    let side = offset.copysign(direction.dot(geometric_normal));
+    position + geometric_normal * side
 }
 
 /// Makes the surface point of a hit.
@@ -255,6 +261,21 @@ pub(crate) struct MeshData {
 }
 
 impl MeshData {
+    /// Position of a vertex.
+    #[inline]
+    pub fn corner(&self, index: u32) -> Vec3 {
+        Vec3::from(self.positions[index as usize])
+    }
+
+    /// True if it has no vertex normals, and no face is so small or large that f32 is too short for its normal.
+    pub fn is_flat(&self) -> bool {
+        let is_moderate = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|index| self.corner(index));
+            is_moderate((b - a).cross(c - a))
+        };
+        self.normals.is_none() && self.indices.iter().all(is_moderate)
+    }
+
     /// Texture coordinates of a face's corners.
     #[inline]
     pub fn corner_uvs(&self, face: u32) -> Option<[Vec2; 3]> {
@@ -285,9 +306,7 @@ impl MeshData {
         let corners = self.indices[hit.id.primitive as usize];
         let [a, b, c] = corners.map(|i| Vec3::from(self.positions[i as usize]));
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let position = a * weights[0] + b * weights[1] + c * weights[2];
-        // Three products, two sums and weights that add up to one but for rounding: below 12 roundings of the terms.
-        let terms = a.abs() * weights[0].abs() + b.abs() * weights[1] + c.abs() * weights[2];
+        let (position, error) = on_facet([a, b, c], weights);
         let geometric = face_normal(a, b, c);
         let (geometric_normal, shading_normal) = match &self.normals {
             None => (geometric, geometric),
@@ -298,17 +317,42 @@ impl MeshData {
                 (geometric, shading.try_normalize().unwrap_or(geometric))
             }
         };
-        LocalPoint { position, error: terms * (12.0 * EPSILON), geometric_normal, shading_normal }
+        LocalPoint { position, error, geometric_normal, shading_normal }
     }
+}
+
+/// A point of a facet at the weights of its corners, and a bound of the rounding error of each coordinate.
+#[inline(always)]
+fn on_facet([a, b, c]: [Vec3; 3], weights: [f32; 3]) -> (Vec3, Vec3) {
+    let position = a * weights[0] + b * weights[1] + c * weights[2];
+    // Three products, two sums and weights that add up to one but for rounding: below 12 roundings of the terms.
+    let terms = a.abs() * weights[0].abs() + b.abs() * weights[1] + c.abs() * weights[2];
+    (position, terms * (12.0 * EPSILON))
+}
+
+/// Position, offset and normal of the point of a flat facet of moderate size, in world space, as [`surface_point`] gives
+/// them; `u` and `v` are the weights of the second and third corner. Without branches.
+#[inline(always)]
+pub(crate) fn flat_point([a, b, c]: [Vec3; 3], u: f32, v: f32) -> (Vec3, f32, Vec3) {
+    let (position, error) = on_facet([a, b, c], [1.0 - u - v, u, v]);
+    let cross = (b - a).cross(c - a);
+    let normal = cross * (1.0 / cross.length_squared().sqrt());
+    (position, error.dot(normal.abs()), normal)
+}
+
+/// True for triangles whose normal needs no more than f32.
+#[inline]
+pub(crate) fn is_moderate(cross: Vec3) -> bool {
+    let squared = cross.length_squared();
+    squared > 1e-30 && squared < 1e30
 }
 
 /// Unit normal of a triangle by its winding, also of very small ones.
 #[inline]
 pub(crate) fn face_normal(a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
     let cross = (b - a).cross(c - a);
-    let squared = cross.length_squared();
-    if squared > 1e-30 && squared < 1e30 {
-        return cross * (1.0 / squared.sqrt());
+    if is_moderate(cross) {
+        return cross * (1.0 / cross.length_squared().sqrt());
     }
     let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
     (b - a).cross(c - a).try_normalize().map_or(Vec3::Z, |n| n.as_vec3())

@@ -19,7 +19,7 @@ pub(super) fn sample_light<const MEDIA: bool>(
     shadows: &mut ShadowQueue,
 ) {
     let in_world = LightCircle::new(vertex.gathers_at(), &vertex.frame, circle);
-    paths.circles[path] = in_world;
+    paths.keep_circle(path, in_world);
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
     let select = context.sampler.one_d(key, number, Slot::LightSelect);
     let position = context.sampler.two_d(key, number, Slot::LightPosition);

@@ -93,6 +93,18 @@ impl Horizon {
         wi.dot(self.base) * side > 0.0
     }
 
+    /// Unit normal, on the side of the true one: light on the side of the view comes from above it.
+    #[inline]
+    pub fn base(&self) -> Vec3 {
+        self.base
+    }
+
+    /// True if there are bumps that throw shadows.
+    #[inline]
+    pub fn is_rough(&self) -> bool {
+        self.roughness != 0.0
+    }
+
     /// Fraction of light from `wi`, on the side of the view, that bumps leave.
     #[inline]
     pub fn shadowing(&self, wi: Vec3) -> f32 {

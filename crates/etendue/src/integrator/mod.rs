@@ -2,6 +2,7 @@
 
 mod attenuated;
 mod circle;
+mod diffuse;
 mod enclosure;
 mod horizon;
 mod paths;

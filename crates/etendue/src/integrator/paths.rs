@@ -120,25 +120,45 @@ impl Paths {
         self.rays.len()
     }
 
-    pub fn push(&mut self, ray: Ray, cone: RayCone, sample: SampleId) {
+    /// Adds a path that starts with `ray`. Records for layers are kept if `first` or `direct` says so, the same for all paths.
+    pub fn push(&mut self, ray: Ray, cone: RayCone, sample: SampleId, first: bool, direct: bool) {
         self.rays.push(ray);
         self.hits.push(Hit::MISS);
         self.samples.push(sample);
         self.throughput.push(Spectrum::ONE);
         self.radiance.push(Spectrum::BLACK);
         self.previous.push(Previous::camera(Vec3::from(ray.origin)));
-        self.circles.push(LightCircle::default());
+        if !self.circles.is_empty() {
+            self.circles.push(LightCircle::default());
+        }
         self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true });
         self.cones.push(cone);
-        self.first.push(FirstHit::default());
-        self.direct.push(Spectrum::BLACK);
+        if first {
+            self.first.push(FirstHit::default());
+        }
+        if direct {
+            self.direct.push(Spectrum::BLACK);
+        }
     }
 
-    /// As [`Self::push`] in a scene with media, from inside of some bodies.
-    pub fn push_within(&mut self, ray: Ray, cone: RayCone, sample: SampleId, bodies: BodyStack) {
-        self.push(ray, cone, sample);
+    /// To be called after [`Self::push`] in a scene with media: the path starts inside of some bodies.
+    pub fn push_bodies(&mut self, bodies: BodyStack) {
         self.bodies.push(bodies);
         self.flown.push(Flown::NONE);
+    }
+
+    /// Keeps the circle on which light was sampled at the vertex that path `path` is at.
+    pub fn keep_circle(&mut self, path: usize, circle: LightCircle) {
+        // Few scenes have any, so the array is there from the first on.
+        if self.circles.is_empty() {
+            self.circles.resize(self.len(), LightCircle::default());
+        }
+        self.circles[path] = circle;
+    }
+
+    /// What path `path` met first, if layers want it.
+    pub fn first(&self, path: usize) -> FirstHit {
+        self.first.get(path).copied().unwrap_or_default()
     }
 
     /// True if path `path`, which has found its last hit or miss, met anything that it did not pass straight through:
@@ -147,8 +167,9 @@ impl Paths {
         self.progress[path].depth > 1 || self.hits[path].is_hit()
     }
 
-    /// Light on at most two edges of a path that has ended.
+    /// Light on at most two edges of a path that has ended, if layers want it.
     pub fn direct(&self, path: usize) -> Spectrum {
-        if self.progress[path].depth == 1 { self.radiance[path] } else { self.direct[path] }
+        let Some(direct) = self.direct.get(path) else { return Spectrum::BLACK };
+        if self.progress[path].depth == 1 { self.radiance[path] } else { *direct }
     }
 }

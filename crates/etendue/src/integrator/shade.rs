@@ -3,6 +3,7 @@
 use super::{
     attenuated::Traveller,
     circle,
+    diffuse::{Diffuse, DiffuseVertex},
     horizon::Horizon,
     paths::{Flown, Paths, Previous},
     shadow::ShadowQueue,
@@ -33,19 +34,16 @@ pub(super) enum Strategy {
 }
 
 /// Edges that a path has before roulette may end it.
-const ROULETTE_FROM: u32 = 4;
+pub(super) const ROULETTE_FROM: u32 = 4;
 /// Paths survive with at most this probability, so that none is endless in a room that loses nothing. Variance stays finite
 /// while the albedo's square is below it.
 const MAX_SURVIVAL: f32 = 0.999;
 
 /// Weight of a sample with density `own` where another strategy has density `other`, both in the same measure.
-#[inline]
+#[inline(always)]
 pub(super) fn power_heuristic(own: f32, other: f32) -> f32 {
-    if own.is_infinite() {
-        return 1.0;
-    }
     // A ratio, so that squares cannot overflow.
-    let ratio = other / own;
+    let ratio = if own == f32::INFINITY { 0.0 } else { other / own };
     1.0 / (1.0 + ratio * ratio)
 }
 
@@ -69,6 +67,7 @@ pub(super) fn shade<const MEDIA: bool>(
     paths: &mut Paths,
     path: usize,
     shadows: &mut ShadowQueue,
+    diffuse: &mut Diffuse,
 ) {
     if MEDIA && !volume::travel(context, strategy, paths, path, shadows) {
         return;
@@ -82,6 +81,11 @@ pub(super) fn shade<const MEDIA: bool>(
         paths.progress[path].alive = false;
         return;
     }
+    // Layers want more of the first surface than plain facets tell.
+    let wants_first = context.wants_layers && paths.progress[path].depth == 1;
+    if !MEDIA && !wants_first && diffuse.take_facet(context, strategy, paths, path, shadows) {
+        return;
+    }
     let point = context.scene.surface_point(&ray, &hit);
     paths.cones[path] = paths.cones[path].advanced(hit.t);
     let meeting = if MEDIA { meet(context, paths, path, &point) } else { Meeting::PLAIN };
@@ -93,7 +97,7 @@ pub(super) fn shade<const MEDIA: bool>(
     let mut textured = Bsdf::Black;
     let seen = Seen { wo, width: paths.cones[path].width, surroundings: meeting.surroundings };
     let vertex = Vertex::new(context, point, &hit, seen, &mut textured);
-    if context.wants_layers && paths.progress[path].depth == 1 {
+    if wants_first {
         paths.first[path] = first_hit(context, &vertex, &hit);
     }
     if vertex.point.light != NO_LIGHT {
@@ -101,6 +105,10 @@ pub(super) fn shade<const MEDIA: bool>(
     }
     if paths.progress[path].depth >= context.max_depth {
         paths.progress[path].alive = false;
+        return;
+    }
+    if !MEDIA && let Some(vertex) = vertex.as_diffuse() {
+        diffuse.take(context, strategy, paths, path, &vertex, shadows);
         return;
     }
     if strategy != Strategy::Bsdf && !vertex.bsdf.is_delta() {
@@ -160,6 +168,29 @@ impl<'a> Vertex<'a> {
         let frame = frame(context, &point, hit, bsdf);
         let local_wo = frame.to_local(wo);
         Self { point, bsdf, frame, wo, local_wo, horizon }
+    }
+
+    /// The vertex for [`Diffuse`], if it is of those.
+    #[inline]
+    fn as_diffuse(&self) -> Option<DiffuseVertex> {
+        let Bsdf::Diffuse(_) = self.bsdf else { return None };
+        if self.bsdf.transmits() || self.bsdf.is_delta() || self.horizon.is_rough() {
+            return None;
+        }
+        let (offset, skip) = match self.horizon.lifted {
+            Some(_) => (0.0, PrimitiveId::NONE),
+            None => (self.point.offset, self.point.id),
+        };
+        Some(DiffuseVertex {
+            position: self.gathers_at(),
+            offset,
+            skip,
+            geometric_normal: self.point.geometric_normal,
+            shading_normal: self.point.shading_normal,
+            base: self.horizon.base(),
+            wo: self.wo,
+            albedo: self.bsdf.albedo(),
+        })
     }
 
     /// True if shading and geometric normal agree on which side `wi` is.
@@ -441,6 +472,13 @@ pub(super) fn survives(context: &Context, paths: &mut Paths, path: usize) -> boo
 /// glass is given back when the path leaves, so it is no loss.
 #[inline]
 fn roulette(throughput: Spectrum, eta: f32, u: f32) -> Option<Spectrum> {
-    let survival = (throughput.max_component() * eta * eta).min(MAX_SURVIVAL);
+    let survival = survival(throughput, eta);
     (u < survival).then(|| throughput * (1.0 / survival))
+}
+
+/// The probability with which a path survives roulette.
+#[inline(always)]
+pub(super) fn survival(throughput: Spectrum, eta: f32) -> f32 {
+    let survival = throughput.max_component() * eta * eta;
+    if survival < MAX_SURVIVAL { survival } else { MAX_SURVIVAL }
 }

@@ -56,6 +56,22 @@ impl ShadowQueue {
         self.push_ray(path, segment(origin, wi, target, skip), target, contribution);
     }
 
+    /// As [`Self::push`], where the ray's origin and direction, all the way to a target, are known.
+    #[inline]
+    pub fn push_segment(
+        &mut self,
+        path: usize,
+        (origin, direction): (Vec3, Vec3),
+        skip: PrimitiveId,
+        target: Option<Vec3>,
+        contribution: Spectrum,
+    ) {
+        let t_max = if target.is_some() { 1.0 } else { f32::INFINITY };
+        let (origin, direction) = (origin.into(), direction.into());
+        let ray = Ray { origin, t_min: 0.0, direction, t_max, time: 0.0, mask: u32::MAX, skip };
+        self.push_ray(path, ray, target, contribution);
+    }
+
     #[inline]
     pub(super) fn push_ray(&mut self, path: usize, ray: Ray, target: Option<Vec3>, contribution: Spectrum) {
         self.rays.push(ray);

@@ -2,6 +2,7 @@
 
 use super::{
     Integrator,
+    diffuse::Diffuse,
     enclosure::bodies_along,
     paths::{Paths, SampleId},
     shade::{self, Strategy},
@@ -54,11 +55,17 @@ pub(crate) struct Wave {
     capacity: usize,
     paths: Paths,
     shadows: ShadowQueue,
+    diffuse: Diffuse,
 }
 
 impl Wave {
     pub fn new(capacity: usize) -> Self {
-        Self { capacity, paths: Paths::with_capacity(capacity), shadows: ShadowQueue::with_capacity(capacity) }
+        Self {
+            capacity,
+            paths: Paths::with_capacity(capacity),
+            shadows: ShadowQueue::with_capacity(capacity),
+            diffuse: Diffuse::new(),
+        }
     }
 
     /// Traces all `samples` (absolute pixel, sample index) into `tile`.
@@ -106,12 +113,11 @@ impl Wave {
             };
             let id = SampleId { key, pixel, index, weight };
             let cone = context.camera.cone(camera_ray.direction);
+            self.paths.push(ray, cone, id, context.wants_layers, context.wants_direct);
             if context.has_media() {
-                let bodies =
-                    bodies_along(context.scene, &context.camera_bodies, context.camera.start(), camera_ray.origin);
-                self.paths.push_within(ray, cone, id, bodies);
-            } else {
-                self.paths.push(ray, cone, id);
+                let camera = context.camera.start();
+                let bodies = bodies_along(context.scene, &context.camera_bodies, camera, camera_ray.origin);
+                self.paths.push_bodies(bodies);
             }
         }
         (self.paths.len() - before) as u64
@@ -135,19 +141,20 @@ impl Wave {
         }
         for path in 0..self.paths.len() {
             let depth = self.paths.progress[path].depth;
-            shade::shade::<false>(context, strategy, &mut self.paths, path, &mut self.shadows);
+            shade::shade::<false>(context, strategy, &mut self.paths, path, &mut self.shadows, &mut self.diffuse);
             if context.wants_direct && depth == 2 {
                 // What the second edge found is in; light samples of its end are on their way, and longer.
                 self.paths.direct[path] = self.paths.radiance[path];
             }
         }
+        self.diffuse.finish(context, strategy, &mut self.paths, &mut self.shadows);
     }
 
     fn shade_within_media(&mut self, context: &Context, strategy: Strategy) {
         for path in 0..self.paths.len() {
             let depth = self.paths.progress[path].depth;
             let before = self.paths.radiance[path];
-            shade::shade::<true>(context, strategy, &mut self.paths, path, &mut self.shadows);
+            shade::shade::<true>(context, strategy, &mut self.paths, path, &mut self.shadows, &mut self.diffuse);
             if context.wants_direct && depth <= 2 {
                 // Edges in several media come in pieces, between which longer ways of light arrive.
                 let found = self.paths.radiance[path] - before;
@@ -171,7 +178,7 @@ impl Wave {
                 direct: self.paths.direct(path),
                 weight,
                 met_surface: self.paths.met_something(path),
-                first: self.paths.first[path],
+                first: self.paths.first(path),
             };
             tile.add(pixel, index, &sample);
             overflowed += u64::from(self.paths.bodies.get(path).is_some_and(|bodies| bodies.overflowed));

@@ -40,6 +40,7 @@ pub use circle::{Arcs, LightCircle};
 pub use directional::DirectionalLight;
 pub use environment::ConstantEnvironment;
 pub use point::PointLightSource;
+pub(crate) use rectangle::RectangleFrame;
 pub use rectangle::RectangleLight;
 pub use sky::{ImageEnvironment, MAX_MAP_TEXELS, RadianceMap, RadianceMapError};
 pub use sphere::SphereLight;
@@ -256,13 +257,13 @@ fn is_unit(v: Vec3) -> bool {
 }
 
 /// Largest magnitude of a coordinate.
-#[inline]
+#[inline(always)]
 fn max_abs(v: DVec3) -> f64 {
     v.abs().max_element()
 }
 
 /// The offset that keeps the end of a shadow ray off the light's surface: see the module's text.
-#[inline]
+#[inline(always)]
 fn margin(coordinate: f64, distance: f64) -> f64 {
     const UNIT: f64 = 1.0 / 1_048_576.0;
     UNIT * (coordinate + distance)
@@ -271,5 +272,11 @@ fn margin(coordinate: f64, distance: f64) -> f64 {
 /// A density as f32, or `None` where it is 0, not finite, or too large for later products.
 #[inline]
 fn finite_density(density: f64) -> Option<f32> {
-    (density > 1e-37 && density < 1e37).then_some(density as f32)
+    is_usable(density).then_some(density as f32)
+}
+
+/// See [`finite_density`].
+#[inline(always)]
+fn is_usable(density: f64) -> bool {
+    (density > 1e-37) & (density < 1e37)
 }

@@ -1,11 +1,12 @@
 //! Emissive rectangles and parallelograms.
 
 use super::{
-    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density,
-    planar::Facing, spherical::SphericalTriangle,
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density, is_usable,
+    margin, max_abs, planar::Facing, spherical::SphericalTriangle,
 };
 use crate::{
-    math::{DVec3, Vec3},
+    bsdf::Density,
+    math::{DVec3, Vec3, atan2_wide, sin_cos_wide},
     spectrum::Spectrum,
 };
 
@@ -32,40 +33,26 @@ const RIGHT_ANGLE: f64 = 1e-6;
 /// the two triangles, which do not cancel, take over.
 const SMALLEST_RECTANGLE: f64 = 1e-8;
 
-/// How the light looks from a context: both parts sample uniformly in solid angle.
-#[expect(clippy::large_enum_variant, reason = "lives on the stack, for one sample")]
-enum View {
-    Rectangle(SphericalRectangle),
-    Triangles(TrianglePair),
-}
-
 /// The triangles (corner, u, u + v) and (corner, u + v, v), and their corners relative to the context.
 struct TrianglePair {
     corners: [DVec3; 4],
     triangles: [SphericalTriangle; 2],
+    solid_angle: f64,
 }
 
 impl RectangleLight {
-    #[inline]
-    fn view(&self, ctx: &LightContext) -> Option<(Facing, View, f64)> {
+    /// What stands in for the map of rectangles where the light is none, or too small for it: relative to a context that
+    /// sees the light.
+    fn pair(&self, ctx: &LightContext) -> TrianglePair {
         let (corner, u, v) = (self.corner.as_dvec3(), self.u.as_dvec3(), self.v.as_dvec3());
-        let cross = u.cross(v);
-        let facing = Facing::new(ctx, &[corner, corner + u, corner + u + v, corner + v], cross, self.two_sided)?;
-        let relative = corner - ctx.point.as_dvec3();
-        if u.dot(v).abs() <= RIGHT_ANGLE * (u.length_squared() * v.length_squared()).sqrt() {
-            let rectangle = SphericalRectangle::new(relative, u, v);
-            if rectangle.solid_angle >= SMALLEST_RECTANGLE {
-                let solid_angle = rectangle.solid_angle;
-                return Some((facing, View::Rectangle(rectangle), solid_angle));
-            }
-        }
+        let (relative, cross) = (corner - ctx.point.as_dvec3(), u.cross(v));
         let corners = [relative, relative + u, relative + u + v, relative + v];
         let triangles = [
             SphericalTriangle::new([corners[0], corners[1], corners[2]], cross),
             SphericalTriangle::new([corners[0], corners[2], corners[3]], cross),
         ];
         let solid_angle = triangles[0].solid_angle + triangles[1].solid_angle;
-        Some((facing, View::Triangles(TrianglePair { corners, triangles }), solid_angle))
+        TrianglePair { corners, triangles, solid_angle }
     }
 }
 
@@ -94,18 +81,35 @@ impl Emitter for RectangleLight {
 
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
-        let (facing, view, solid_angle) = self.view(ctx)?;
-        let u = u.map(f64::from);
-        let (offset, at) = match view {
-            View::Rectangle(rectangle) => rectangle.sample(u),
-            View::Triangles(pair) => pair.sample(u, solid_angle),
+        let frame = RectangleFrame::new(self);
+        let view = frame.view(ctx.point.as_dvec3());
+        if !view.is_seen {
+            return None;
+        }
+        let drawn = if view.is_mapped {
+            frame.sample(&view, u)
+        } else {
+            let pair = self.pair(ctx);
+            let (offset, at) = pair.sample(u.map(f64::from));
+            view.draw(offset, at, pair.solid_angle)
         };
-        facing.sample(offset, at, 1.0 / solid_angle, self.radiance)
+        drawn.is_valid.then(|| LightSample {
+            wi: drawn.wi,
+            at: drawn.at,
+            target: Some(drawn.target),
+            radiance: self.radiance,
+            density: Density::SolidAngle(drawn.density),
+        })
     }
 
     #[inline]
     fn pdf(&self, ctx: &LightContext, _wi: Vec3, _distance: f32) -> f32 {
-        self.view(ctx).and_then(|(_, _, solid_angle)| finite_density(1.0 / solid_angle)).unwrap_or(0.0)
+        let view = RectangleFrame::new(self).view(ctx.point.as_dvec3());
+        if !view.is_seen {
+            return 0.0;
+        }
+        let solid_angle = if view.is_mapped { view.solid_angle } else { self.pair(ctx).solid_angle };
+        finite_density(1.0 / solid_angle).unwrap_or(0.0)
     }
 
     fn arcs(&self, circle: &LightCircle) -> Arcs {
@@ -127,10 +131,10 @@ impl TrianglePair {
     /// The point and its multiples of the edges. The first number chooses the triangle in proportion to its solid angle
     /// and is stretched for use inside it.
     #[inline]
-    fn sample(&self, [u, v]: [f64; 2], solid_angle: f64) -> (DVec3, [f64; 2]) {
+    fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, [f64; 2]) {
         let [first, second] = &self.triangles;
         let [p, q, r, s] = self.corners;
-        let reached = u * solid_angle;
+        let reached = u * self.solid_angle;
         if reached < first.solid_angle {
             let w = first.sample([reached / first.solid_angle, v]);
             (w[0] * p + w[1] * q + w[2] * r, [w[1] + w[2], w[2]])
@@ -142,56 +146,127 @@ impl TrianglePair {
     }
 }
 
-/// A rectangle seen from the origin (Ureña, Fajardo and King, "An Area-Preserving Parametrization for Spherical
-/// Rectangles", 2013).
+/// All that does not depend on where a [`RectangleLight`] is seen from, and its map (Ureña, Fajardo and King, "An
+/// Area-Preserving Parametrization for Spherical Rectangles", 2013).
 ///
 /// In a frame along the edges, at distance z from the plane, the part of the sphere below the quadrant left and below of
 /// (x, y) has the solid angle A(x, y) = arg(|z| sqrt(x^2 + y^2 + z^2) + i x y), up to terms of x or y alone. So the strip
 /// up to x has, up to a constant, phi(x) = A(x, y1) - A(x, y0), and inverting it gives
 /// x = |z| sin(phi) / sqrt((cos(phi) - b0 b1)^2 - (1 - b0^2)(1 - b1^2)), with b = y / sqrt(y^2 + z^2).
 /// Angles are added as products of complex numbers, so that one arc tangent is enough.
-struct SphericalRectangle {
+///
+/// Its functions have no branches, so that loops over many points become vector code.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RectangleFrame {
+    corner: DVec3,
     x_axis: DVec3,
     y_axis: DVec3,
+    /// The front's normal.
     z_axis: DVec3,
+    width: f64,
+    height: f64,
+    /// Bounds of the corners, and the largest magnitude of a coordinate.
+    low: DVec3,
+    high: DVec3,
+    largest: f64,
+    /// False for other parallelograms.
+    is_rectangle: bool,
+    two_sided: bool,
+}
+
+/// A rectangle as seen from a point.
+#[derive(Clone, Copy)]
+pub(crate) struct RectangleView {
+    point: DVec3,
+    /// The edges' coordinates in the rectangle's frame, relative to the point.
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
+    /// The normal on the point's side, times the margin: what lifts targets off the light.
+    lift: DVec3,
     /// Cosine and sine of phi at x0, times any length.
     phi0: [f64; 2],
     /// Steradians, in [0, 2 pi].
     solid_angle: f64,
+    /// True if the point is on an emitting side, farther from the plane than the margin.
+    pub is_seen: bool,
+    /// True if the map is accurate; if not, two triangles are to be taken for it.
+    pub is_mapped: bool,
 }
 
-impl SphericalRectangle {
+/// A point drawn on a rectangle; see [`LightSample`].
+#[derive(Clone, Copy)]
+pub(crate) struct DrawnPoint {
+    pub wi: Vec3,
+    pub target: Vec3,
+    pub at: [f32; 2],
+    pub density: f32,
+    /// False if the numbers are out of range, which counts as no sample.
+    pub is_valid: bool,
+}
+
+impl RectangleFrame {
     #[inline]
-    fn new(corner: DVec3, u: DVec3, v: DVec3) -> Self {
+    pub fn new(light: &RectangleLight) -> Self {
+        let (corner, u, v) = (light.corner.as_dvec3(), light.u.as_dvec3(), light.v.as_dvec3());
+        let corners = [corner, corner + u, corner + v, corner + u + v];
         let width = u.length();
         let x_axis = u / width;
-        let v = v - x_axis * x_axis.dot(v);
-        let height = v.length();
-        let y_axis = v / height;
-        let z_axis = x_axis.cross(y_axis);
-        let (x0, y0, z) = (corner.dot(x_axis), corner.dot(y_axis), corner.dot(z_axis));
-        let (x1, y1) = (x0 + width, y0 + height);
+        let across = v - x_axis * x_axis.dot(v);
+        let height = across.length();
+        let y_axis = across / height;
+        let cosine = u.dot(v).abs() / (width * v.length());
+        Self {
+            corner,
+            x_axis,
+            y_axis,
+            z_axis: x_axis.cross(y_axis),
+            width,
+            height,
+            low: corners[0].min(corners[1]).min(corners[2]).min(corners[3]),
+            high: corners[0].max(corners[1]).max(corners[2]).max(corners[3]),
+            largest: corners.into_iter().map(max_abs).fold(0.0, f64::max),
+            is_rectangle: cosine <= RIGHT_ANGLE,
+            two_sided: light.two_sided,
+        }
+    }
+
+    /// The rectangle from `point`.
+    #[inline(always)]
+    pub fn view(&self, point: DVec3) -> RectangleView {
+        let relative = self.corner - point;
+        let (x0, y0, z) = (relative.dot(self.x_axis), relative.dot(self.y_axis), relative.dot(self.z_axis));
+        let (x1, y1) = (x0 + self.width, y0 + self.height);
+        let farthest = (self.high - point).abs().max((point - self.low).abs());
+        let margin = margin(larger(max_abs(point), self.largest), max_abs(farthest));
         // Numbers whose angle counts, of any length; where a product leaves the range of f64, the angle is no number or 0.
         let corner_angle = |x: f64, y: f64| [z.abs() * (x * x + y * y + z * z).sqrt(), x * y];
         let phi0 = divide(corner_angle(x0, y1), corner_angle(x0, y0));
         let phi1 = divide(corner_angle(x1, y1), corner_angle(x1, y0));
         let [re, im] = divide(phi1, phi0);
-        let angle = libm::atan2(im, re);
+        let angle = atan2_wide(im, re);
         let solid_angle = if angle < 0.0 { angle + 2.0 * std::f64::consts::PI } else { angle };
-        Self { x_axis, y_axis, z_axis, x: [x0, x1], y: [y0, y1], z, phi0, solid_angle }
+        RectangleView {
+            point,
+            x: [x0, x1],
+            y: [y0, y1],
+            z,
+            lift: self.z_axis * margin.copysign(-z),
+            phi0,
+            solid_angle,
+            is_seen: (-z > margin) | (self.two_sided & (z > margin)),
+            is_mapped: self.is_rectangle & (solid_angle >= SMALLEST_RECTANGLE),
+        }
     }
 
-    /// The point, relative to the origin, that is uniform in solid angle for uniform `u` in [0, 1)^2, and its multiples of
-    /// the edges.
-    #[inline]
-    fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, [f64; 2]) {
-        let ([x0, x1], [y0, y1], z) = (self.x, self.y, self.z);
-        let (step_sin, step_cos) = libm::sincos(u * self.solid_angle);
-        let scale = 1.0 / (self.phi0[0] * self.phi0[0] + self.phi0[1] * self.phi0[1]).sqrt();
-        let [cos0, sin0] = self.phi0.map(|p| p * scale);
+    /// The point that is uniform in solid angle for uniform `u` in [0, 1)^2.
+    #[inline(always)]
+    pub fn sample(&self, view: &RectangleView, u: [f32; 2]) -> DrawnPoint {
+        let ([x0, x1], [y0, y1], z) = (view.x, view.y, view.z);
+        let (u, v) = (f64::from(u[0]), f64::from(u[1]));
+        let (step_sin, step_cos) = sin_cos_wide(u * view.solid_angle);
+        let scale = 1.0 / (view.phi0[0] * view.phi0[0] + view.phi0[1] * view.phi0[1]).sqrt();
+        let (cos0, sin0) = (view.phi0[0] * scale, view.phi0[1] * scale);
         let cos = cos0 * step_cos - sin0 * step_sin;
         let sin = sin0 * step_cos + cos0 * step_sin;
         let cosine_to = |y: f64| {
@@ -200,21 +275,49 @@ impl SphericalRectangle {
         };
         let ((b0, rest0), (b1, rest1)) = (cosine_to(y0), cosine_to(y1));
         let square = (cos - b0 * b1) * (cos - b0 * b1) - rest0 * rest1;
-        let x = z.abs() * sin / square.max(f64::MIN_POSITIVE).sqrt();
-        let x = x.clamp(x0, x1);
+        let x = between(z.abs() * sin / larger(square, f64::MIN_POSITIVE).sqrt(), x0, x1);
         // Along y the arc's measure is the sine of the elevation over the xz plane.
-        let distance = (x * x + z * z).sqrt();
-        let sine_of = |y: f64| y / (distance * distance + y * y).sqrt();
+        let squared = x * x + z * z;
+        let sine_of = |y: f64| y / (squared + y * y).sqrt();
         let (h0, h1) = (sine_of(y0), sine_of(y1));
         let h = h0 + v * (h1 - h0);
-        let y = h * distance / ((1.0 - h) * (1.0 + h)).max(f64::MIN_POSITIVE).sqrt();
-        let y = y.clamp(y0, y1);
-        (x * self.x_axis + y * self.y_axis + z * self.z_axis, [(x - x0) / (x1 - x0), (y - y0) / (y1 - y0)])
+        let y = h * (squared / larger((1.0 - h) * (1.0 + h), f64::MIN_POSITIVE)).sqrt();
+        let y = between(y, y0, y1);
+        let offset = x * self.x_axis + y * self.y_axis + z * self.z_axis;
+        view.draw(offset, [(x - x0) / self.width, (y - y0) / self.height], view.solid_angle)
     }
 }
 
+impl RectangleView {
+    /// The point at `offset` from the context, `at` these multiples of the edges.
+    #[inline(always)]
+    fn draw(&self, offset: DVec3, at: [f64; 2], solid_angle: f64) -> DrawnPoint {
+        let (length, density) = (offset.length(), 1.0 / solid_angle);
+        DrawnPoint {
+            wi: (offset / length).as_vec3(),
+            target: (self.point + offset + self.lift).as_vec3(),
+            at: [at[0] as f32, at[1] as f32],
+            density: density as f32,
+            is_valid: is_usable(density) & (length > 0.0) & (length < f64::INFINITY),
+        }
+    }
+}
+
+/// The larger of two numbers, neither of them NaN: `f64::max` without its care for NaN.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// `x`, or the bound that it is beyond; `low` for NaN.
+#[inline(always)]
+fn between(x: f64, low: f64, high: f64) -> f64 {
+    let x = larger(x, low);
+    if x < high { x } else { high }
+}
+
 /// A complex number whose angle is the difference of two numbers' angles.
-#[inline]
+#[inline(always)]
 fn divide([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c + b * d, b * c - a * d]
 }

@@ -16,7 +16,7 @@ pub struct Frame {
 impl Frame {
     /// A frame about the unit vector `n`, continuous but for n.z = 0-
     /// (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
-    #[inline]
+    #[inline(always)]
     pub fn from_normal(n: Vec3) -> Self {
         let sign = 1.0f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -25,19 +25,19 @@ impl Frame {
     }
 
     /// A frame about the unit vector `n` with x along `tangent`, a unit vector across `n`.
-    #[inline]
+    #[inline(always)]
     pub fn from_tangent(n: Vec3, tangent: Vec3) -> Self {
         Self { s: tangent, t: n.cross(tangent), n }
     }
 
     /// World to local.
-    #[inline]
+    #[inline(always)]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         vec3(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }
 
     /// Local to world.
-    #[inline]
+    #[inline(always)]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.s * v.x + self.t * v.y + self.n * v.z
     }

@@ -6,14 +6,14 @@
 pub const PI: f32 = std::f32::consts::PI;
 
 /// Rounds to the nearest integer, ties to even, for |x| < 2^22.
-#[inline]
+#[inline(always)]
 fn round_small(x: f32) -> f32 {
     const MAGIC: f32 = 12_582_912.0; // 1.5 * 2^23
     (x + MAGIC) - MAGIC
 }
 
 /// Sine and cosine of `2 pi turns`, for |turns| < 2^20; absolute error below 1.2e-7 within one turn.
-#[inline]
+#[inline(always)]
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     let x = turns - round_small(turns);
     let quarter = round_small(x * 4.0);
@@ -22,12 +22,62 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     // Minimax polynomials on [-pi/4, pi/4] (Cephes, Moshier 1992).
     let sin = a + a * a2 * (-1.666_665_5e-1 + a2 * (8.332_161e-3 + a2 * -1.951_529_6e-4));
     let cos = 1.0 - 0.5 * a2 + a2 * a2 * (4.166_664_6e-2 + a2 * (-1.388_731_6e-3 + a2 * 2.443_315_7e-5));
-    match quarter as i32 & 3 {
-        0 => (sin, cos),
-        1 => (cos, -sin),
-        2 => (-sin, -cos),
-        _ => (-cos, sin),
-    }
+    let [swap, sin_negative, cos_negative] = quadrant(quarter as i32);
+    let (sin, cos) = if swap { (cos, sin) } else { (sin, cos) };
+    (if sin_negative { -sin } else { sin }, if cos_negative { -cos } else { cos })
+}
+
+/// In a quarter turn: whether sine and cosine are swapped, and which of them is negative then.
+#[inline(always)]
+fn quadrant(quarter: i32) -> [bool; 3] {
+    [quarter & 1 != 0, quarter & 2 != 0, (quarter + 1) & 2 != 0]
+}
+
+/// Sine and cosine in f64 of an angle in radians, |angle| < 2^20; absolute error below 4e-16 within a few turns. Free of
+/// branches.
+#[inline(always)]
+pub(crate) fn sin_cos_wide(angle: f64) -> (f64, f64) {
+    const MAGIC: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52: adding it rounds to an integer
+    // Pi/2 in three parts, so that their products with a small integer are exact (Cody and Waite 1980).
+    const PARTS: [f64; 3] = [1.570_796_251_296_997, 7.549_789_415_861_596e-8, 5.390_302_858_158_119e-15];
+    let shifted = angle * std::f64::consts::FRAC_2_PI + MAGIC;
+    let quarter = shifted - MAGIC;
+    let a = ((angle - quarter * PARTS[0]) - quarter * PARTS[1]) - quarter * PARTS[2];
+    let z = a * a;
+    // Minimax polynomials on [-pi/4, pi/4] (Cephes, Moshier 1992).
+    let s = 2.755_731_362_138_572_4e-6 + z * (-2.505_074_776_285_780_7e-8 + z * 1.589_623_015_765_465_7e-10);
+    let s = -1.666_666_666_666_663e-1 + z * (8.333_333_333_322_118e-3 + z * (-1.984_126_982_958_954e-4 + z * s));
+    let c = -2.755_731_417_929_674e-7 + z * (2.087_570_084_197_473e-9 + z * -1.135_853_652_138_768_2e-11);
+    let c = 4.166_666_666_666_659_3e-2 + z * (-1.388_888_888_887_305_6e-3 + z * (2.480_158_728_885_171e-5 + z * c));
+    let (sin, cos) = (a + a * z * s, 1.0 - 0.5 * z + z * z * c);
+    // The last bits of a number that was shifted so are the integer's.
+    let [swap, sin_negative, cos_negative] = quadrant(shifted.to_bits() as i32);
+    let (sin, cos) = if swap { (cos, sin) } else { (sin, cos) };
+    (if sin_negative { -sin } else { sin }, if cos_negative { -cos } else { cos })
+}
+
+/// Angle of the point (x, y) in f64 radians, [-pi, pi], for finite coordinates; relative error below 1e-15. (0, 0) gives 0.
+/// Free of branches.
+#[inline(always)]
+pub(crate) fn atan2_wide(y: f64, x: f64) -> f64 {
+    const TAN_EIGHTH: f64 = 0.414_213_562_373_095_03; // tan(pi / 8)
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+    let (ay, ax) = (y.abs(), x.abs());
+    let (low, high) = if ay < ax { (ay, ax) } else { (ax, ay) };
+    // tan(a - pi/4) = (tan(a) - 1) / (tan(a) + 1).
+    let steep = low > TAN_EIGHTH * high;
+    let (top, bottom) = if steep { (low - high, low + high) } else { (low, high) };
+    let t = if bottom > 0.0 { top / bottom } else { 0.0 };
+    let z = t * t;
+    // Rational minimax on [-0.66, 0.66] (Cephes, Moshier 1992).
+    let p = -75.008_557_923_147_05 + z * (-16.157_537_187_333_65 + z * -0.875_060_860_003_190_4);
+    let p = z * (-64.850_219_049_420_25 + z * (-122.886_668_449_013_62 + z * p));
+    let q = 165.027_009_831_698_85 + z * (24.858_464_901_423_062 + z);
+    let q = 194.550_657_148_261_4 + z * (485.390_399_635_913_7 + z * (432.881_060_491_290_27 + z * q));
+    let octant = if steep { FRAC_PI_4 } else { 0.0 } + (t + t * (p / q));
+    let quadrant = if ay > ax { FRAC_PI_2 - octant } else { octant };
+    let half = if x.is_sign_negative() { PI - quadrant } else { quadrant };
+    half.copysign(y)
 }
 
 /// e to the `x` in f64, for results in the range of f32: beyond, something larger than its largest number or smaller

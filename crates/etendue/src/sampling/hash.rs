@@ -4,7 +4,7 @@
 pub(super) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Finaliser of SplitMix64 (Steele, Lea and Flood 2014; constants by Stafford). A permutation.
-#[inline]
+#[inline(always)]
 pub(super) fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -12,7 +12,7 @@ pub(super) fn mix(mut z: u64) -> u64 {
 }
 
 /// The top 24 bits as a number in [0, 1): at most 1 - 2^-24.
-#[inline]
+#[inline(always)]
 pub(super) fn to_unit(bits: u32) -> f32 {
     // The signed conversion has an instruction in every vector set; the value fits.
     (bits >> 8) as i32 as f32 * (1.0 / 16_777_216.0)

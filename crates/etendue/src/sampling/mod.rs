@@ -81,6 +81,35 @@ pub struct SampleKey {
     pub index: u32,
 }
 
+/// The sample keys of many paths with the vertex that each is at: a structure of arrays, for loops that become vector code.
+#[derive(Clone)]
+pub(crate) struct KeyLanes<const N: usize> {
+    streams: [u64; N],
+    indices: [u32; N],
+    vertices: [u32; N],
+}
+
+impl<const N: usize> Default for KeyLanes<N> {
+    fn default() -> Self {
+        Self { streams: [0; N], indices: [0; N], vertices: [0; N] }
+    }
+}
+
+impl<const N: usize> KeyLanes<N> {
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, key: SampleKey, vertex: u32) {
+        self.streams[i] = key.stream;
+        self.indices[i] = key.index;
+        self.vertices[i] = vertex;
+    }
+
+    #[inline(always)]
+    fn dimension(&self, i: usize, slot: Slot) -> (SampleKey, u64) {
+        let key = SampleKey { stream: self.streams[i], index: self.indices[i] };
+        (key, dimension(key.stream, slot_hash(self.vertices[i], slot)))
+    }
+}
+
 /// Where random numbers come from. Each is a pure function of (seed, absolute pixel, sample index, dimension), never of
 /// the number of samples or the size of the image. Samples with an even and an odd index form two halves with
 /// independent scrambling.
@@ -128,13 +157,13 @@ macro_rules! dispatch {
 }
 
 /// The hash of (vertex, slot); the same for all paths at one vertex.
-#[inline]
+#[inline(always)]
 fn slot_hash(vertex: u32, slot: Slot) -> u64 {
     mix((u64::from(vertex) << 32 | u64::from(slot as u32)).wrapping_add(GOLDEN))
 }
 
 /// The hash of (stream, vertex, slot).
-#[inline]
+#[inline(always)]
 fn dimension(stream: u64, slot_hash: u64) -> u64 {
     mix(stream ^ slot_hash)
 }
@@ -190,6 +219,24 @@ impl Sampler {
         let slot_hash = slot_hash(vertex, slot);
         dispatch!(self, P => for (out, &key) in out.iter_mut().zip(keys) {
             *out = P::two_d(key, dimension(key.stream, slot_hash));
+        });
+    }
+
+    /// [`Sampler::one_d`] for the first `n` lanes. A loop without branches.
+    #[inline(always)]
+    pub(crate) fn one_d_lanes<const N: usize>(self, keys: &KeyLanes<N>, n: usize, slot: Slot, out: &mut [f32; N]) {
+        dispatch!(self, P => for i in 0..n.min(N) {
+            let (key, dimension) = keys.dimension(i, slot);
+            out[i] = P::one_d(key, dimension);
+        });
+    }
+
+    /// [`Sampler::two_d`] for the first `n` lanes. A loop without branches.
+    #[inline(always)]
+    pub(crate) fn two_d_lanes<const N: usize>(self, keys: &KeyLanes<N>, n: usize, slot: Slot, out: &mut [[f32; N]; 2]) {
+        dispatch!(self, P => for i in 0..n.min(N) {
+            let (key, dimension) = keys.dimension(i, slot);
+            [out[0][i], out[1][i]] = P::two_d(key, dimension);
         });
     }
 

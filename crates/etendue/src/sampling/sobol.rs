@@ -9,13 +9,13 @@ use super::{Points, SampleKey};
 pub(super) struct Sobol;
 
 impl Points for Sobol {
-    #[inline]
+    #[inline(always)]
     fn one_d(key: SampleKey, dimension: u64) -> f32 {
         let index = shuffle(key.index, dimension as u32);
         to_unit(scramble_reversed(index, (dimension >> 32) as u32).reverse_bits())
     }
 
-    #[inline]
+    #[inline(always)]
     fn two_d(key: SampleKey, dimension: u64) -> [f32; 2] {
         let index = shuffle(key.index, dimension as u32);
         let third_seed = (dimension.wrapping_mul(GOLDEN) >> 32) as u32;
@@ -26,7 +26,7 @@ impl Points for Sobol {
 }
 
 /// A nested uniform shuffle: aligned blocks of 2^m indices stay together, for every m.
-#[inline]
+#[inline(always)]
 fn shuffle(index: u32, seed: u32) -> u32 {
     scramble_reversed(index.reverse_bits(), seed).reverse_bits()
 }
@@ -34,7 +34,7 @@ fn shuffle(index: u32, seed: u32) -> u32 {
 /// Owen scrambling of a number whose bits are reversed: the flip of each bit is a hash of the seed and of the bits below.
 /// Construction of Laine and Karras ("Stratified Sampling for Stochastic Transparency", 2011); these operations and
 /// constants by Vegdahl ("Building a Better LK Hash", psychopath.io, 2021).
-#[inline]
+#[inline(always)]
 fn scramble_reversed(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -46,7 +46,7 @@ fn scramble_reversed(mut x: u32, seed: u32) -> u32 {
 /// The second Sobol dimension with its bits reversed: the product with Pascal's triangle modulo 2, which factors into
 /// five steps, being a Kronecker power (Ahmed, "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and
 /// Compact", 2024). The first dimension reversed is the index itself.
-#[inline]
+#[inline(always)]
 fn pascal(mut x: u32) -> u32 {
     x ^= x >> 16;
     x ^= (x & 0xff00_ff00) >> 8;

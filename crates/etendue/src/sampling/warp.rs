@@ -4,14 +4,14 @@
 use crate::math::{PI, Vec2, Vec3, exp_wide, ln_wide, sin_cos_turns, vec2, vec3};
 
 /// Uniform on the unit disk (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997).
-#[inline]
+#[inline(always)]
 pub fn disk([u, v]: [f32; 2]) -> Vec2 {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-    if a == 0.0 && b == 0.0 {
-        return Vec2::ZERO;
-    }
-    let (radius, turns) = if a.abs() > b.abs() { (a, b / a * 0.125) } else { (b, 0.25 - a / b * 0.125) };
-    let (sin, cos) = sin_cos_turns(turns);
+    let wide = a.abs() > b.abs();
+    let (radius, other) = if wide { (a, b) } else { (b, a) };
+    // At the centre any angle will do.
+    let eighth = if radius == 0.0 { 0.0 } else { other / radius * 0.125 };
+    let (sin, cos) = sin_cos_turns(if wide { eighth } else { 0.25 - eighth });
     vec2(radius * cos, radius * sin)
 }
 
@@ -27,14 +27,14 @@ pub fn triangle([u, v]: [f32; 2]) -> [f32; 3] {
 }
 
 /// Cosine-distributed.
-#[inline]
+#[inline(always)]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     let d = disk(u);
     vec3(d.x, d.y, (1.0 - d.x * d.x - d.y * d.y).max(0.0).sqrt())
 }
 
 /// Density of [`cosine_hemisphere`] per solid angle, `cos_theta` the direction's z.
-#[inline]
+#[inline(always)]
 pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
     cos_theta.max(0.0) * (1.0 / PI)
 }

@@ -11,6 +11,7 @@ use crate::{
     material::Material,
     math::{DAffine3, DMat3, DVec3, Vec3},
     medium::MediumError,
+    spectrum::Spectrum,
     surface::MeshData,
 };
 use etendue_accel::{
@@ -124,7 +125,9 @@ impl Scene {
         Ok(Self {
             center,
             placements,
+            albedos: parts.materials.iter().map(plain_albedo).collect(),
             bsdfs: parts.materials.iter().map(plain_bsdf).collect(),
+            rectangles: super::rectangle_frames(&lights, &varied),
             lights: LightTable::new(lights, f64::from(radius))?,
             varied,
             interiors,
@@ -136,6 +139,13 @@ impl Scene {
             stats,
         })
     }
+}
+
+/// The albedo of a material that does nothing but reflect diffusely, alike everywhere.
+fn plain_albedo(material: &Material) -> Option<Spectrum> {
+    let bsdf = plain_bsdf(material).filter(|bsdf| matches!(bsdf, Bsdf::Diffuse(_)))?;
+    let reflects = !bsdf.transmits() && !bsdf.is_delta();
+    (reflects && material.is_opaque() && material.emission.is_none()).then(|| bsdf.albedo())
 }
 
 /// The BSDF of a material that is the same everywhere.
@@ -194,7 +204,12 @@ impl<'a> Builder<'a> {
             Shape::Mesh(mesh) => mesh.face_materials.clone().filter(|_| object.materials.len() > 1),
             _ => None,
         };
+        let is_flat = match &primitives {
+            Primitives::Mesh(mesh) => transform.is_none() && mesh.is_flat(),
+            Primitives::Sphere { .. } => false,
+        };
         let placement = Placement {
+            is_flat,
             primitives,
             to_own: rows(to_local.inverse()),
             transform,

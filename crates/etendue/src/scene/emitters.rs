@@ -115,6 +115,19 @@ struct Varied {
 pub(crate) struct VariedLights(Vec<Varied>);
 
 impl VariedLights {
+    /// The face that light `index` is a piece of.
+    #[inline]
+    fn find(&self, index: u32) -> Option<&Varied> {
+        let after = self.0.partition_point(|varied| varied.first <= index);
+        let varied = &self.0[after.checked_sub(1)?];
+        (index - varied.first < varied.cut.count()).then_some(varied)
+    }
+
+    /// True if light `index` varies.
+    pub fn contains(&self, index: u32) -> bool {
+        self.find(index).is_some()
+    }
+
     /// Gives a sample of light `index` the radiance at its point.
     #[inline]
     pub fn look_up(
@@ -124,12 +137,8 @@ impl VariedLights {
         index: u32,
         sample: LightSample,
     ) -> LightSample {
-        let after = self.0.partition_point(|varied| varied.first <= index);
-        let Some(varied) = after.checked_sub(1).map(|at| &self.0[at]) else { return sample };
+        let Some(varied) = self.find(index) else { return sample };
         let piece = index - varied.first;
-        if piece >= varied.cut.count() {
-            return sample;
-        }
         let placement = &placements[varied.placement as usize];
         let [a, b] = sample.at;
         let at = varied.cut.point(piece, if varied.swap { [b, a] } else { [a, b] });

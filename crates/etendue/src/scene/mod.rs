@@ -14,7 +14,7 @@ pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
     bsdf::Bsdf,
-    light::{LightCircle, LightContext, LightSample, LightTable},
+    light::{Light, LightCircle, LightContext, LightSample, LightTable, RectangleFrame},
     material::Material,
     math::{DVec3, Frame, Vec2, Vec3},
     spectrum::Spectrum,
@@ -38,6 +38,8 @@ pub(crate) struct Placement {
     /// Which of them each face has; absent: the first.
     face_materials: Option<Arc<[u32]>>,
     lights: FaceLights,
+    /// True for meshes in world space without vertex normals, all of whose faces are of moderate size.
+    is_flat: bool,
 }
 
 /// The primitives of a placement, in its own space.
@@ -112,6 +114,17 @@ pub struct SceneStats {
     pub accelerator_bytes: u64,
 }
 
+/// The frames of rectangles whose emission has no texture, up to the last one.
+fn rectangle_frames(lights: &[Light], varied: &VariedLights) -> Vec<Option<Box<RectangleFrame>>> {
+    let is_rectangle = |light: &Light| matches!(light, Light::Rectangle(_));
+    let count = lights.iter().rposition(is_rectangle).map_or(0, |last| last + 1);
+    let frame = |(index, light): (usize, &Light)| match light {
+        Light::Rectangle(rectangle) if !varied.contains(index as u32) => Some(Box::new(RectangleFrame::new(rectangle))),
+        _ => None,
+    };
+    lights[..count].iter().enumerate().map(frame).collect()
+}
+
 /// An immutable scene: geometry, materials, lights and accelerator, all relative to [`Scene::center`].
 pub struct Scene {
     center: DVec3,
@@ -119,8 +132,11 @@ pub struct Scene {
     materials: Vec<Material>,
     /// Of materials without textures and relief.
     bsdfs: Vec<Option<Bsdf>>,
+    /// Of materials that do nothing but reflect diffusely, alike everywhere.
+    albedos: Vec<Option<Spectrum>>,
     lights: LightTable,
     varied: VariedLights,
+    rectangles: Vec<Option<Box<RectangleFrame>>>,
     interiors: Interiors,
     accelerator: Accelerator,
     opaque: bool,
@@ -157,6 +173,13 @@ impl Scene {
     pub fn sample_chosen_light(&self, ctx: &LightContext, index: u32, u: [f32; 2]) -> Option<LightSample> {
         let sample = self.lights.sample_chosen(ctx, index, u)?;
         Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
+    }
+
+    /// What is constant about light `index` and its radiance, if it is a rectangle whose emission has no texture.
+    #[inline]
+    pub(crate) fn uniform_rectangle(&self, index: u32) -> Option<(&RectangleFrame, Spectrum)> {
+        let frame = self.rectangles.get(index as usize)?.as_deref()?;
+        Some((frame, self.lights.lights()[index as usize].radiance()))
     }
 
     /// A direction of a circle towards a light, as [`LightTable::sample_circle`], with the radiance at the sampled point.
@@ -202,6 +225,20 @@ impl Scene {
     #[inline]
     pub fn bsdf(&self, index: u32) -> Option<&Bsdf> {
         self.bsdfs[index as usize].as_ref()
+    }
+
+    /// The corners of the facet that was hit and its albedo, where that says all about the surface: flat, opaque, and
+    /// diffuse alike everywhere.
+    #[inline]
+    pub(crate) fn plain_facet(&self, hit: &Hit) -> Option<([Vec3; 3], Spectrum)> {
+        let placement = &self.placements[hit.id.instance as usize];
+        let Primitives::Mesh(mesh) = &placement.primitives else { return None };
+        if !placement.is_flat {
+            return None;
+        }
+        let albedo = self.albedos[placement.material(hit.id.primitive) as usize]?;
+        let [a, b, c] = mesh.indices[hit.id.primitive as usize];
+        Some(([mesh.corner(a), mesh.corner(b), mesh.corner(c)], albedo))
     }
 
     /// The full surface point of a hit that `ray` made.
