@@ -193,6 +193,13 @@ impl Sampler {
         });
     }
 
+    /// A number in [0, 1) with 48 bits, for choices among very many things: [`Sampler::one_d`], and hashed bits below it.
+    #[inline]
+    pub fn fine(self, key: SampleKey, vertex: u32, slot: Slot) -> f64 {
+        let below = f64::from(self.stream(key, vertex, slot).next_f32()) / f64::from(1 << 24);
+        f64::from(self.one_d(key, vertex, slot)) + below
+    }
+
     /// As many numbers as a loop without bound may need at one (vertex, slot), independent of everything else. They are
     /// hashed whatever the sampler.
     #[inline]
