@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     bsdf::Density,
-    light::{LightContext, LightSample, RectangleFrame},
+    light::{LightContext, LightSample, RectangleFrame, Selected},
     math::{Frame, PI, Vec3, vec3},
     sampling::{KeyLanes, Sampler, Slot, warp},
     spectrum::Spectrum,
@@ -208,7 +208,7 @@ struct DiffuseLanes {
     skip: [PrimitiveId; LANES],
     keys: KeyLanes<LANES>,
     vertices: Vertices,
-    select: Numbers,
+    select: [f64; LANES],
     place: [Numbers; 2],
     turn: [Numbers; 2],
     roulette: Numbers,
@@ -238,7 +238,7 @@ impl DiffuseLanes {
                 throughput: vectors,
                 eta: numbers,
             },
-            select: numbers,
+            select: [0.0; LANES],
             place: [numbers; 2],
             turn: [numbers; 2],
             roulette: numbers,
@@ -332,12 +332,12 @@ impl DiffuseLanes {
     }
 
     fn choose_lights(&mut self, context: &Context) {
-        let (lights, to) = (context.scene.lights(), &mut self.lights);
         for i in 0..self.len {
-            let index = lights.select(self.select[i]);
-            to.index[i] = index.unwrap_or(NO_LIGHT);
-            to.probability[i] = index.map_or(0.0, |index| lights.probability(index));
-            to.lit[i] = if index.is_some() { Lit::Ask } else { Lit::No } as u32;
+            let selected = context.scene.lights().select(&self.light_context(i), self.select[i]);
+            let to = &mut self.lights;
+            to.index[i] = selected.map_or(NO_LIGHT, |selected| selected.index);
+            to.probability[i] = selected.map_or(0.0, |selected| selected.probability);
+            to.lit[i] = if selected.is_some() { Lit::Ask } else { Lit::No } as u32;
         }
     }
 
@@ -364,7 +364,8 @@ impl DiffuseLanes {
     fn sample_light(&mut self, context: &Context, i: usize) {
         let at = self.light_context(i);
         let place = [self.place[0][i], self.place[1][i]];
-        let sample = context.scene.sample_chosen_light(&at, self.lights.index[i], place);
+        let chosen = Selected { index: self.lights.index[i], probability: self.lights.probability[i] };
+        let sample = context.scene.sample_chosen_light(&at, chosen, place);
         let Some(LightSample { wi, target, radiance, density, .. }) = sample else {
             self.lights.lit[i] = Lit::No as u32;
             return;
@@ -463,7 +464,7 @@ impl Kernel for Draw<'_> {
         let n = self.lanes.whole();
         let DiffuseLanes { keys, select, place, turn, roulette, .. } = self.lanes;
         if self.gathers {
-            self.sampler.one_d_lanes(keys, n, Slot::LightSelect, select);
+            self.sampler.fine_lanes(keys, n, Slot::LightSelect, select);
             self.sampler.two_d_lanes(keys, n, Slot::LightPosition, place);
         }
         self.sampler.two_d_lanes(keys, n, Slot::BsdfDirection, turn);

@@ -25,6 +25,7 @@ pub mod atmosphere;
 mod circle;
 mod directional;
 mod environment;
+mod extent;
 mod planar;
 mod point;
 mod rectangle;
@@ -34,6 +35,7 @@ mod spherical;
 mod spot;
 mod sun_sky;
 mod table;
+mod tree;
 mod triangle;
 
 pub use circle::{Arcs, LightCircle};
@@ -47,6 +49,7 @@ pub use sphere::SphereLight;
 pub use spot::SpotLight;
 pub use sun_sky::SunSky;
 pub use table::{LightTable, LightTableError, MAX_LIGHTS};
+pub use tree::Selected;
 pub use triangle::TriangleLight;
 
 use crate::{

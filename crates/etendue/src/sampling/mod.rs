@@ -168,6 +168,12 @@ fn dimension(stream: u64, slot_hash: u64) -> u64 {
     mix(stream ^ slot_hash)
 }
 
+/// A number with hashed bits below it.
+#[inline(always)]
+fn refined(number: f32, key: SampleKey, dimension: u64) -> f64 {
+    f64::from(number) + f64::from(Stream::new(key, dimension).next_f32()) / f64::from(1 << 24)
+}
+
 impl Sampler {
     /// All samplers.
     pub const ALL: [Self; 4] = [Self::Sobol, Self::Independent, Self::Stratified, Self::LatinHypercube];
@@ -240,13 +246,27 @@ impl Sampler {
         });
     }
 
+    /// A number in [0, 1) with 48 bits, for choices among very many things: [`Sampler::one_d`], and hashed bits below it.
+    #[inline]
+    pub fn fine(self, key: SampleKey, vertex: u32, slot: Slot) -> f64 {
+        let dimension = dimension(key.stream, slot_hash(vertex, slot));
+        dispatch!(self, P => refined(P::one_d(key, dimension), key, dimension))
+    }
+
+    /// [`Sampler::fine`] for the first `n` lanes. A loop without branches.
+    #[inline(always)]
+    pub(crate) fn fine_lanes<const N: usize>(self, keys: &KeyLanes<N>, n: usize, slot: Slot, out: &mut [f64; N]) {
+        dispatch!(self, P => for i in 0..n.min(N) {
+            let (key, dimension) = keys.dimension(i, slot);
+            out[i] = refined(P::one_d(key, dimension), key, dimension);
+        });
+    }
+
     /// As many numbers as a loop without bound may need at one (vertex, slot), independent of everything else. They are
     /// hashed whatever the sampler.
     #[inline]
     pub fn stream(self, key: SampleKey, vertex: u32, slot: Slot) -> Stream {
-        let dimension = dimension(key.stream, slot_hash(vertex, slot));
-        // Apart from the numbers of the independent sampler at this slot, which start from the same hash.
-        Stream { state: mix(!dimension ^ mix(u64::from(key.index) ^ GOLDEN)) }
+        Stream::new(key, dimension(key.stream, slot_hash(vertex, slot)))
     }
 }
 
@@ -275,8 +295,14 @@ pub struct Stream {
 }
 
 impl Stream {
+    #[inline(always)]
+    fn new(key: SampleKey, dimension: u64) -> Self {
+        // Apart from the numbers of the independent sampler at this slot, which start from the same hash.
+        Self { state: mix(!dimension ^ mix(u64::from(key.index) ^ GOLDEN)) }
+    }
+
     /// The next number in [0, 1).
-    #[inline]
+    #[inline(always)]
     pub fn next_f32(&mut self) -> f32 {
         self.state = self.state.wrapping_add(GOLDEN);
         to_unit((mix(self.state) >> 32) as u32)
