@@ -41,6 +41,43 @@ impl DiskFile {
     }
 }
 
+/// The bytes of a file, borrowed from where they are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum View<'a> {
+    /// In memory.
+    Bytes(&'a [u8]),
+    /// On disk.
+    Disk(&'a DiskFile),
+}
+
+impl<'a> View<'a> {
+    /// Bytes.
+    pub fn len(self) -> usize {
+        match self {
+            View::Bytes(bytes) => bytes.len(),
+            View::Disk(disk) => disk.length,
+        }
+    }
+
+    /// The bytes of a range inside the file, which may use `buffer`.
+    ///
+    /// # Errors
+    /// The disk, or a file that became shorter.
+    pub fn piece<'b>(self, range: Range<usize>, buffer: &'b mut Vec<u8>) -> io::Result<&'b [u8]>
+    where
+        'a: 'b,
+    {
+        match self {
+            View::Bytes(bytes) => Ok(&bytes[range]),
+            View::Disk(disk) => {
+                buffer.resize(range.len(), 0);
+                read_exact_at(&disk.file, buffer, range.start as u64)?;
+                Ok(buffer)
+            }
+        }
+    }
+}
+
 #[cfg(unix)]
 fn read_exact_at(file: &File, buffer: &mut [u8], offset: u64) -> io::Result<()> {
     std::os::unix::fs::FileExt::read_exact_at(file, buffer, offset)
@@ -76,13 +113,14 @@ impl Content {
     /// # Errors
     /// The disk, or a file that became shorter.
     pub fn piece<'b>(&'b self, range: Range<usize>, buffer: &'b mut Vec<u8>) -> io::Result<&'b [u8]> {
+        self.view().piece(range, buffer)
+    }
+
+    /// The same bytes, borrowed.
+    pub fn view(&self) -> View<'_> {
         match self {
-            Content::Bytes(bytes) => Ok(&bytes[range]),
-            Content::Disk(disk) => {
-                buffer.resize(range.len(), 0);
-                read_exact_at(&disk.file, buffer, range.start as u64)?;
-                Ok(buffer)
-            }
+            Content::Bytes(bytes) => View::Bytes(bytes),
+            Content::Disk(disk) => View::Disk(disk),
         }
     }
 
