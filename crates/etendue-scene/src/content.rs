@@ -1,8 +1,10 @@
 //! The bytes of a file, in memory or on disk, in pieces.
 
+use crate::parallel;
 use sha2::{Digest, Sha256};
 use std::{
     borrow::Cow,
+    convert::Infallible,
     fs::File,
     io,
     ops::Range,
@@ -154,7 +156,23 @@ impl Content {
 
     /// See [`SourceMap::digest`].
     pub fn digest(&self) -> [u8; 32] {
-        let compute = || digest_of_blocks(self.blocks(BLOCK_BYTES).map(|block| digest_of_block(&block)));
+        let compute = || {
+            let length = self.len();
+            let mut digests = vec![[0; 32]; length.div_ceil(BLOCK_BYTES)];
+            let threads = parallel::threads(digests.len());
+            let blocks = digests.iter_mut().enumerate();
+            let Ok(_) = parallel::run(
+                threads,
+                blocks,
+                || (),
+                |(), (block, digest)| {
+                    let start = block * BLOCK_BYTES;
+                    *digest = digest_of_block(&self.shown(start..(start + BLOCK_BYTES).min(length)));
+                    Ok::<_, Infallible>(())
+                },
+            );
+            digest_of_blocks(digests.into_iter())
+        };
         match self {
             Content::Bytes(_) => compute(),
             Content::Disk(disk) => *disk.digest.get_or_init(compute),
