@@ -1,7 +1,7 @@
 //! `cargo xtask gallery`: the paper's figures and the pictures of the models, and what they are made from.
 
 mod dragon_file;
-mod inputs;
+pub mod inputs;
 mod page;
 mod program;
 mod thumbnail;

@@ -16,6 +16,7 @@ mod shapes;
 mod solids;
 
 pub use canvas::Canvas;
+pub use random::{Random, noise};
 
 /// What the scenes scale the dragon's file by, as they write it.
 pub const DRAGON_SCALE: &str = "0.00009375";
