@@ -1,8 +1,10 @@
 //! The bytes of a file, in memory or on disk, in pieces.
 
+use crate::parallel;
 use sha2::{Digest, Sha256};
 use std::{
     borrow::Cow,
+    convert::Infallible,
     fs::File,
     io,
     ops::Range,
@@ -41,6 +43,43 @@ impl DiskFile {
     }
 }
 
+/// The bytes of a file, borrowed from where they are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum View<'a> {
+    /// In memory.
+    Bytes(&'a [u8]),
+    /// On disk.
+    Disk(&'a DiskFile),
+}
+
+impl<'a> View<'a> {
+    /// Bytes.
+    pub fn len(self) -> usize {
+        match self {
+            View::Bytes(bytes) => bytes.len(),
+            View::Disk(disk) => disk.length,
+        }
+    }
+
+    /// The bytes of a range inside the file, which may use `buffer`.
+    ///
+    /// # Errors
+    /// The disk, or a file that became shorter.
+    pub fn piece<'b>(self, range: Range<usize>, buffer: &'b mut Vec<u8>) -> io::Result<&'b [u8]>
+    where
+        'a: 'b,
+    {
+        match self {
+            View::Bytes(bytes) => Ok(&bytes[range]),
+            View::Disk(disk) => {
+                buffer.resize(range.len(), 0);
+                read_exact_at(&disk.file, buffer, range.start as u64)?;
+                Ok(buffer)
+            }
+        }
+    }
+}
+
 #[cfg(unix)]
 fn read_exact_at(file: &File, buffer: &mut [u8], offset: u64) -> io::Result<()> {
     std::os::unix::fs::FileExt::read_exact_at(file, buffer, offset)
@@ -76,13 +115,14 @@ impl Content {
     /// # Errors
     /// The disk, or a file that became shorter.
     pub fn piece<'b>(&'b self, range: Range<usize>, buffer: &'b mut Vec<u8>) -> io::Result<&'b [u8]> {
+        self.view().piece(range, buffer)
+    }
+
+    /// The same bytes, borrowed.
+    pub fn view(&self) -> View<'_> {
         match self {
-            Content::Bytes(bytes) => Ok(&bytes[range]),
-            Content::Disk(disk) => {
-                buffer.resize(range.len(), 0);
-                read_exact_at(&disk.file, buffer, range.start as u64)?;
-                Ok(buffer)
-            }
+            Content::Bytes(bytes) => View::Bytes(bytes),
+            Content::Disk(disk) => View::Disk(disk),
         }
     }
 
@@ -116,7 +156,23 @@ impl Content {
 
     /// See [`SourceMap::digest`].
     pub fn digest(&self) -> [u8; 32] {
-        let compute = || digest_of_blocks(self.blocks(BLOCK_BYTES).map(|block| digest_of_block(&block)));
+        let compute = || {
+            let length = self.len();
+            let mut digests = vec![[0; 32]; length.div_ceil(BLOCK_BYTES)];
+            let threads = parallel::threads(digests.len());
+            let blocks = digests.iter_mut().enumerate();
+            let Ok(_) = parallel::run(
+                threads,
+                blocks,
+                || (),
+                |(), (block, digest)| {
+                    let start = block * BLOCK_BYTES;
+                    *digest = digest_of_block(&self.shown(start..(start + BLOCK_BYTES).min(length)));
+                    Ok::<_, Infallible>(())
+                },
+            );
+            digest_of_blocks(digests.into_iter())
+        };
         match self {
             Content::Bytes(_) => compute(),
             Content::Disk(disk) => *disk.digest.get_or_init(compute),

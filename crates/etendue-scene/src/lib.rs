@@ -22,6 +22,7 @@ mod not_yet;
 pub mod obj;
 pub mod off;
 pub mod output;
+mod parallel;
 pub mod ply;
 mod polygon;
 mod positions;

@@ -159,7 +159,7 @@ impl Default for MeshLimits {
     }
 }
 
-/// An OBJ file of this size or more stays on disk, and is read from there in pieces.
+/// An OBJ or PLY file of this size or more stays on disk, and is read from there in pieces.
 const LARGE: u64 = 16 << 20;
 
 /// Adds a mesh file to a source map, for [`read`]: its bytes, or the open file if it is large and its format can be read in
@@ -168,7 +168,8 @@ const LARGE: u64 = 16 << 20;
 /// # Errors
 /// Whatever keeps it from being read; more than [`MeshLimits::file`] bytes.
 pub fn open(sources: &mut SourceMap, path: &Path, limits: &MeshLimits) -> Result<FileId, SourceError> {
-    let disk_from = if MeshFormat::of_path(path) == Some(MeshFormat::Obj) { LARGE } else { u64::MAX };
+    let in_pieces = matches!(MeshFormat::of_path(path), Some(MeshFormat::Obj | MeshFormat::Ply));
+    let disk_from = if in_pieces { LARGE } else { u64::MAX };
     sources.open(path, limits.file, disk_from)
 }
 
@@ -189,9 +190,15 @@ pub fn read(sources: &mut SourceMap, file: FileId, limits: &MeshLimits) -> Resul
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut file = file;
     let content = sources.content(file);
-    if format == MeshFormat::Obj && !gzip::is_gzip(&content.shown(0..content.len().min(2))) {
-        let open = &mut |name: &str| open_library(sources, folder, name, limits.library);
-        return obj::read_content(&content, PIECE_BYTES, file, open);
+    if !gzip::is_gzip(&content.shown(0..content.len().min(2))) {
+        match format {
+            MeshFormat::Obj => {
+                let open = &mut |name: &str| open_library(sources, folder, name, limits.library);
+                return obj::read_content(&content, PIECE_BYTES, file, open);
+            }
+            MeshFormat::Ply => return ply::read_view(content.view(), file),
+            MeshFormat::Stl | MeshFormat::Off => {}
+        }
     }
     let mut bytes = sources.bytes(file);
     if gzip::is_gzip(&bytes) {

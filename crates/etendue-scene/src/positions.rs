@@ -23,10 +23,36 @@ pub(crate) fn unit_normal(normal: DVec3) -> [f32; 3] {
 /// A mesh that lies further away than this many times its size gets a local origin.
 const FAR: f64 = 4.0;
 
+/// The smallest box about some points; at first about none.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    pub min: DVec3,
+    pub max: DVec3,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY }
+    }
+}
+
+impl Bounds {
+    /// Takes in a point.
+    #[inline(always)]
+    pub fn add(&mut self, point: DVec3) {
+        (self.min, self.max) = (self.min.min(point), self.max.max(point));
+    }
+
+    /// Takes in all that another took in.
+    pub fn add_all(&mut self, other: &Self) {
+        (self.min, self.max) = (self.min.min(other.min), self.max.max(other.max));
+    }
+}
+
 /// The origin for coordinates within these bounds: on each axis the middle, rounded to `f32`, if the coordinates there are
 /// large compared with the mesh, so that `f32` keeps its detail; otherwise exactly zero, so that meshes of several files
-/// that meet keep meeting.
-fn local_origin(min: DVec3, max: DVec3) -> DVec3 {
+/// that meet keep meeting. Zero if there are no points.
+pub(crate) fn local_origin(Bounds { min, max }: Bounds) -> DVec3 {
     let size = (max - min).max_element();
     let axis = |min: f64, max: f64| {
         let far = min.abs().max(max.abs()) > FAR * size && size > 0.0;
@@ -40,10 +66,9 @@ pub(crate) fn localise<I>(positions: I) -> (DVec3, Arc<[[f32; 3]]>)
 where
     I: Iterator<Item = DVec3> + Clone,
 {
-    let bounds = positions.clone().fold(None, |bounds: Option<(DVec3, DVec3)>, p| {
-        Some(bounds.map_or((p, p), |(min, max)| (min.min(p), max.max(p))))
-    });
-    let origin = bounds.map_or(DVec3::ZERO, |(min, max)| local_origin(min, max));
+    let mut bounds = Bounds::default();
+    positions.clone().for_each(|p| bounds.add(p));
+    let origin = local_origin(bounds);
     (origin, positions.map(|p| (p - origin).as_vec3().to_array()).collect())
 }
 

@@ -4,9 +4,10 @@ use super::{
     corners::{Corners, Place},
     skipped::Skipped,
     statements::{PieceFaces, Statements},
-    unifier::{NONE, Triples, Unifier},
+    unifier::{NONE, PositionNumbers, Triples, Unifier},
 };
 use crate::{
+    parallel,
     polygon::{Cut, Triangulator, angle_at, newell},
     positions::localise,
     vertex_colors::{self, WHITE},
@@ -44,6 +45,7 @@ pub(super) fn assemble(statements: &mut Statements, material_of: Option<&dyn Fn(
     let (mut smoothing_run, mut face) = (0, 0);
     for piece in std::mem::take(&mut statements.faces) {
         let mut place = Place::default();
+        assembly.begin_piece(&piece);
         for number in 0..piece.faces.count() {
             let triangles = assembly.triangles();
             if statements.groups.runs.get(groups.len()).is_some_and(|(start, _)| *start == face) {
@@ -55,8 +57,10 @@ pub(super) fn assemble(statements: &mut Statements, material_of: Option<&dyn Fn(
                 materials.push((triangles, material));
             }
             let size = piece.faces.size(number) as usize;
-            assembly.take(&piece, &mut place, size, face);
-            assembly.add(statements, face, *statements.smoothing.at(face, &mut smoothing_run));
+            if size != 3 || !assembly.add_alike(&piece, &mut place) {
+                assembly.take(&piece, &mut place, size, face);
+                assembly.add(statements, face, *statements.smoothing.at(face, &mut smoothing_run));
+            }
             face += 1;
         }
         assembly.end_piece();
@@ -76,8 +80,15 @@ pub(super) fn assemble(statements: &mut Statements, material_of: Option<&dyn Fn(
     Assembled { mesh, groups, repairs }
 }
 
+/// Numbers of vertices.
+enum Vertices {
+    /// Of corners whose position, texture coordinates and normal have the same index.
+    Alike(PositionNumbers),
+    Any(Unifier),
+}
+
 struct Assembly {
-    unifier: Unifier,
+    vertices_seen: Vertices,
     /// Triangles of the pieces that are done, and of the one at hand.
     done: Vec<Vec<[u32; 3]>>,
     done_count: usize,
@@ -106,7 +117,11 @@ impl Assembly {
         let positions = statements.positions.len();
         let smooths = statements.smoothing.runs.iter().any(|(_, group)| *group != 0);
         Self {
-            unifier: Unifier::new(positions),
+            vertices_seen: if corners_are_alike(statements, smooths) {
+                Vertices::Alike(PositionNumbers::new(positions))
+            } else {
+                Vertices::Any(Unifier::new(positions))
+            },
             done: Vec::with_capacity(statements.faces.len()),
             done_count: 0,
             indices: vec![],
@@ -137,12 +152,21 @@ impl Assembly {
         }
     }
 
+    fn begin_piece(&mut self, piece: &PieceFaces) {
+        self.indices.reserve_exact(piece.corners.len() - 2 * piece.faces.count() as usize);
+    }
+
+    /// Adds the next face of a piece, a triangle, if nothing has to be found out about its corners.
+    #[inline(always)]
+    fn add_alike(&mut self, piece: &PieceFaces, place: &mut Place) -> bool {
+        let Vertices::Alike(numbers) = &mut self.vertices_seen else { return false };
+        let Some(corners) = piece.corners.triangle(place) else { return false };
+        self.indices.push(corners.map(|position| numbers.number(position)));
+        true
+    }
+
     /// Takes the next face of a piece.
     fn take(&mut self, piece: &PieceFaces, place: &mut Place, size: usize, face: u32) {
-        if self.indices.capacity() == 0 {
-            let count = piece.corners.len() - 2 * piece.faces.count() as usize;
-            self.indices.reserve_exact(count);
-        }
         self.corners.clear();
         Corners::resolve(&piece.corners, place, size, piece.base, &mut self.corners);
         self.ring.clear();
@@ -180,8 +204,11 @@ impl Assembly {
 
     /// The vertices of the ring.
     fn number_vertices(&mut self, statements: &Statements, face: u32, smoothing: u32) {
-        let mut flat = None;
         self.vertices.clear();
+        if let Vertices::Alike(numbers) = &mut self.vertices_seen {
+            return self.vertices.extend(self.ring.iter().map(|corner| numbers.number(corner[0])));
+        }
+        let mut flat = None;
         for i in 0..self.ring.len() {
             let [position, uv, normal] = self.ring[i];
             if uv == NONE && self.has_uvs {
@@ -192,8 +219,9 @@ impl Assembly {
             } else {
                 FLAT_MESH
             };
-            let (vertex, _) = self.unifier.number(position, uv, shading);
-            self.vertices.push(vertex);
+            if let Vertices::Any(unifier) = &mut self.vertices_seen {
+                self.vertices.push(unifier.number(position, uv, shading).0);
+            }
         }
     }
 
@@ -260,28 +288,37 @@ impl Assembly {
     }
 
     fn finish(self, statements: &mut Statements) -> (Mesh, Vec<(Skipped, usize, u32)>) {
-        let Self { unifier, done, done_count, has_uvs, has_normals, smooth, sums, flats, repairs, .. } = self;
+        let Self { vertices_seen, done, done_count, has_uvs, has_normals, smooth, sums, flats, repairs, .. } = self;
         drop(smooth);
-        let mut triples = unifier.into_triples();
-        let indices = joined(done, done_count);
         let uvs = std::mem::take(&mut statements.uvs);
-        let uv = |index| if index == NONE { [0.0; 2] } else { uvs[index as usize] };
-        let mesh_uvs = has_uvs.then(|| triples.uvs().map(uv).collect());
-        drop(uvs);
-        triples.drop_uvs();
         let normals = std::mem::take(&mut statements.normals);
-        let normal = |shading: u64| {
-            let index = shading as u32 as usize;
-            match shading & !u64::from(u32::MAX) {
-                FILE_NORMAL => normals[index],
-                SMOOTH => or_up(sums[index].normalize_or_zero()),
-                _ => flats[index],
+        let of_triples = || match vertices_seen {
+            Vertices::Alike(numbers) => {
+                let used = numbers.into_used();
+                let uvs = has_uvs.then(|| gathered(&used, &uvs));
+                let normals = has_normals.then(|| gathered(&used, &normals));
+                (used, uvs, normals)
+            }
+            Vertices::Any(unifier) => {
+                let mut triples = unifier.into_triples();
+                let uv = |index| if index == NONE { [0.0; 2] } else { uvs[index as usize] };
+                let uvs = has_uvs.then(|| triples.uvs().map(uv).collect());
+                triples.drop_uvs();
+                let normal = |shading: u64| {
+                    let index = shading as u32 as usize;
+                    match shading & !u64::from(u32::MAX) {
+                        FILE_NORMAL => normals[index],
+                        SMOOTH => or_up(sums[index].normalize_or_zero()),
+                        _ => flats[index],
+                    }
+                };
+                let normals = has_normals.then(|| triples.shadings().map(normal).collect());
+                let Triples { positions: used, .. } = triples;
+                (used, uvs, normals)
             }
         };
-        let mesh_normals = has_normals.then(|| triples.shadings().map(normal).collect());
-        drop((normals, sums, flats));
-        triples.drop_shadings();
-        let Triples { positions: used, .. } = triples;
+        let ((used, mesh_uvs, mesh_normals), indices) = parallel::both(of_triples, || joined(done, done_count));
+        drop((uvs, normals));
         let positions = std::mem::take(&mut statements.positions);
         let (origin, local) = localise(used.iter().map(|&position| positions[position as usize]));
         drop(positions);
@@ -289,6 +326,17 @@ impl Assembly {
         let (normals, uvs) = (mesh_normals, mesh_uvs);
         (Mesh { origin, positions: local, indices, normals, uvs, colors, face_materials: None }, repairs)
     }
+}
+
+fn gathered<T: Copy>(used: &[u32], values: &[T]) -> Arc<[T]> {
+    used.iter().map(|&index| values[index as usize]).collect()
+}
+
+/// Corners with the same position have the same of everything, and no normal has to be made.
+fn corners_are_alike(statements: &Statements, smooths: bool) -> bool {
+    let Statements { has_uvs, has_normals, .. } = *statements;
+    let settled = if has_normals { !statements.normals.contains(&[0.0; 3]) } else { !smooths };
+    settled && statements.faces.iter().all(|piece| piece.corners.are_alike(has_uvs, has_normals))
 }
 
 /// The colours of the positions that are used, if there are any.

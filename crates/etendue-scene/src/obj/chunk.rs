@@ -8,7 +8,7 @@ use super::{
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     positions::{LARGEST, unit_normal},
-    text::{Cursor, NumberError, Tally, joined, pieces::Piece, shown},
+    text::{Cursor, NumberError, Tally, joined, number::digits, pieces::Piece, shown},
     vertex_colors::{NONE, WHITE},
 };
 use glam::DVec3;
@@ -462,17 +462,21 @@ impl<'a> Parser<'a> {
     fn index(&mut self) -> Option<i64> {
         let negative = self.cursor.peek() == Some(b'-');
         let start = self.cursor.at + usize::from(negative);
-        let mut at = start;
-        let mut value = 0i64;
-        while let Some(digit) = self.cursor.bytes.get(at).map(|b| b.wrapping_sub(b'0')).filter(|&d| d < 10) {
-            value = (value * 10 + i64::from(digit)).min(i64::from(u32::MAX));
-            at += 1;
-        }
-        if at == start {
+        let mut value = 0;
+        let end = digits(self.cursor.bytes, start, &mut value);
+        if end == start {
             return None;
         }
-        self.cursor.at = at;
+        // Longer ones could wrap, or begin with zeros.
+        let value = if end - start <= 9 { value as i64 } else { self.long_index(start..end) };
+        self.cursor.at = end;
         Some(if negative { -value } else { value })
+    }
+
+    #[cold]
+    fn long_index(&self, digits: Range<usize>) -> i64 {
+        let add = |value: i64, digit: &u8| (value * 10 + i64::from(digit - b'0')).min(i64::from(u32::MAX));
+        self.cursor.bytes[digits].iter().fold(0, add)
     }
 
     /// From the file's count from 1, or back from the latest, to a count from 0.

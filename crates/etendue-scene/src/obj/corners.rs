@@ -115,6 +115,27 @@ impl Corners {
         self.relative.shrink_to_fit();
     }
 
+    /// All indices count from the start of the file, and those of texture coordinates and normals are absent or, where the
+    /// mesh has any, the same as those of the positions.
+    pub fn are_alike(&self, has_uvs: bool, has_normals: bool) -> bool {
+        let alike = |attribute: &Attribute, has: bool| match attribute {
+            Attribute::Absent => !has,
+            Attribute::AsPositions => has,
+            Attribute::Own(_) => false,
+        };
+        let same = alike(&self.uvs, has_uvs) && alike(&self.normals, has_normals) && self.relative.is_empty();
+        same || self.positions.is_empty()
+    }
+
+    /// The positions of the next three corners if these are [alike](Corners::are_alike) and no two are equal.
+    #[inline(always)]
+    pub fn triangle(&self, from: &mut Place) -> Option<[u32; 3]> {
+        let [a, b, c] = *self.positions.get(from.corner..)?.first_chunk()?;
+        let whole = a != b && b != c && c != a;
+        from.corner += if whole { 3 } else { 0 };
+        whole.then_some([a, b, c])
+    }
+
     /// Appends the next `count` corners after `from` to `out`: indices of position, texture coordinates and normal in the file,
     /// [`NONE`] for none. `base` are the numbers of each kind before the piece.
     #[inline]

@@ -16,6 +16,36 @@ pub(crate) struct Unifier {
     overflow: Table,
 }
 
+/// Numbers positions in the order of their first use, where corners with the same position are all alike.
+pub(crate) struct PositionNumbers {
+    /// Of each position, [`NONE`] if it has not been used.
+    numbers: Vec<u32>,
+    /// By their numbers.
+    used: Vec<u32>,
+}
+
+impl PositionNumbers {
+    pub fn new(positions: usize) -> Self {
+        Self { numbers: vec![NONE; positions], used: Vec::with_capacity(positions) }
+    }
+
+    /// The position's number.
+    #[inline(always)]
+    pub fn number(&mut self, position: u32) -> u32 {
+        let number = &mut self.numbers[position as usize];
+        if *number == NONE {
+            *number = self.used.len() as u32;
+            self.used.push(position);
+        }
+        *number
+    }
+
+    /// Every position that was used, by its number.
+    pub fn into_used(self) -> Vec<u32> {
+        self.used
+    }
+}
+
 /// What was numbered, an array for each part. Texture coordinates and shadings are left out where none was ever given.
 #[derive(Default)]
 pub(crate) struct Triples {
@@ -38,11 +68,6 @@ impl Triples {
     /// Forgets the texture coordinates, to save memory.
     pub fn drop_uvs(&mut self) {
         self.uvs = vec![];
-    }
-
-    /// Forgets the shadings, to save memory.
-    pub fn drop_shadings(&mut self) {
-        self.shadings = vec![];
     }
 
     #[inline(always)]

@@ -56,13 +56,13 @@ pub(super) struct Content {
 }
 
 /// Columns of a vertex: x y z, nx ny nz, u v, red green blue alpha.
-const COLUMNS: usize = 12;
+pub(super) const COLUMNS: usize = 12;
 const COLOURS: [[&str; 4]; 2] =
     [["red", "green", "blue", "alpha"], ["diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"]];
 const UVS: [[&str; 2]; 4] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 
 /// Most faces and vertices: indices fit in 32 bits.
-const MOST: u64 = u32::MAX as u64 - 1;
+pub(super) const MOST: u64 = u32::MAX as u64 - 1;
 
 pub(super) struct Reader<'h, V> {
     pub header: &'h Header,
@@ -73,7 +73,7 @@ pub(super) struct Reader<'h, V> {
 }
 
 /// What brings each channel of a colour to 1: numbers without sign count up to their largest.
-fn channel_scales(element: &Element, columns: &[Option<usize>]) -> [f64; 4] {
+pub(super) fn channel_scales(element: &Element, columns: &[Option<usize>]) -> [f64; 4] {
     [8, 9, 10, 11].map(|column| {
         let at = columns.iter().position(|c| *c == Some(column));
         match at.map(|at| element.properties[at].kind) {
@@ -87,7 +87,11 @@ fn channel_scales(element: &Element, columns: &[Option<usize>]) -> [f64; 4] {
 /// Stops the reading; the error is among what was found.
 pub(super) struct Stop;
 
-impl<V: Values> Reader<'_, V> {
+impl<'h, V: Values> Reader<'h, V> {
+    pub fn new(header: &'h Header, file: FileId, values: V) -> Self {
+        Self { header, file, values, found: Diagnostics::new(), skipped: Tally::new() }
+    }
+
     pub fn read(&mut self) -> Result<Content, Stop> {
         let mut content = Content::default();
         let vertices = self.header.elements.iter().find(|element| element.name == "vertex").map_or(0, |e| e.count);
@@ -95,8 +99,7 @@ impl<V: Values> Reader<'_, V> {
             self.check_count(element)?;
             match element.name.as_str() {
                 "vertex" => self.vertices(element, &mut content)?,
-                "face" => self.faces(element, &["vertex_indices", "vertex_index"], vertices, &mut content)?,
-                "tristrips" => self.faces(element, &["vertex_indices", "vertex_index"], vertices, &mut content)?,
+                "face" | "tristrips" => self.faces(element, vertices, &mut content)?,
                 _ => self.skip_element(element)?,
             }
         }
@@ -160,10 +163,15 @@ impl<V: Values> Reader<'_, V> {
         }
     }
 
-    fn skip_element(&mut self, element: &Element) -> Result<(), Stop> {
+    /// Counts an element that is not read.
+    pub fn note_element(&mut self, element: &Element) {
         let name = element.name.as_bytes();
         let count = usize::try_from(element.count).unwrap_or(usize::MAX);
         self.skipped.add_many(Skipped::Element, name, count, self.file, element.place.clone());
+    }
+
+    fn skip_element(&mut self, element: &Element) -> Result<(), Stop> {
+        self.note_element(element);
         if element.properties.is_empty() {
             return Ok(());
         }
@@ -214,7 +222,7 @@ impl<V: Values> Reader<'_, V> {
     }
 
     /// Where each property of a vertex goes.
-    fn columns(&mut self, element: &Element) -> Result<Vec<Option<usize>>, Stop> {
+    pub fn columns(&mut self, element: &Element) -> Result<Vec<Option<usize>>, Stop> {
         let has = |name: &str| element.properties.iter().any(|p| p.name == name && matches!(p.kind, Kind::Scalar(_)));
         let missing: Vec<&str> = ["x", "y", "z"].into_iter().filter(|name| !has(name)).collect();
         if !missing.is_empty() && element.count > 0 {
@@ -337,22 +345,30 @@ impl<V: Values> Reader<'_, V> {
         }
     }
 
-    fn faces(&mut self, element: &Element, names: &[&str], vertices: u64, content: &mut Content) -> Result<(), Stop> {
-        let is_indices = |kind: Kind, name: &str| matches!(kind, Kind::List { .. }) && names.contains(&name);
+    /// Which property of a face, or of strips, is its list of vertices; `None` if there are no faces. The others are counted.
+    pub fn face_indices(&mut self, element: &Element) -> Result<Option<usize>, Stop> {
+        let is_indices = |kind: Kind, name: &str| {
+            matches!(kind, Kind::List { .. }) && ["vertex_indices", "vertex_index"].contains(&name)
+        };
         let Some(indices) = element.properties.iter().position(|p| is_indices(p.kind, &p.name)) else {
             if element.count > 0 {
                 let error = Diagnostic::error(format!("element `{}` has no list vertex_indices", element.name));
                 self.found.push(error.at(Span::new(self.file, element.place.clone())));
                 return Err(Stop);
             }
-            return Ok(());
+            return Ok(None);
         };
-        let strips = element.name == "tristrips";
         for (i, property) in element.properties.iter().enumerate() {
             if i != indices {
                 self.skipped.add(Skipped::Property, property.name.as_bytes(), self.file, property.place.clone());
             }
         }
+        Ok(Some(indices))
+    }
+
+    fn faces(&mut self, element: &Element, vertices: u64, content: &mut Content) -> Result<(), Stop> {
+        let Some(indices) = self.face_indices(element)? else { return Ok(()) };
+        let strips = element.name == "tristrips";
         if !strips {
             content.mesh.corners.reserve(element.count as usize * 3);
         }

@@ -15,21 +15,26 @@
 //! What the header declares is checked against the bytes that follow before anything is allocated for it: memory is at most
 //! a small multiple of the file, and time linear in it (concave polygons aside, whose work is bounded).
 
+mod columns;
 mod elements;
+mod fixed;
 mod header;
 mod values;
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
+    content::View,
     indexed::Repair,
-    mesh_file::MeshFile,
+    mesh_file::{MeshFile, fatal},
     positions::{LARGEST, usable},
     text::{Cursor, Tally},
 };
 use elements::{Content, Reader, Skipped, Stop};
 use etendue::scene::Mesh;
+use fixed::Fixed;
 use glam::DVec3;
 use header::{Encoding, Header};
+use std::io;
 use values::{Binary, Text, Values};
 
 /// Reads a PLY file from its bytes.
@@ -39,6 +44,27 @@ use values::{Binary, Text, Values};
 /// used and not finite. Several are found, each with its place; in binary data that is the element's line in the header, and
 /// the message counts elements from 0.
 pub fn read(bytes: &[u8], file: FileId) -> Result<MeshFile, Diagnostics> {
+    read_view(View::Bytes(bytes), file)
+}
+
+/// As [`read`], also from disk.
+pub(crate) fn read_view(view: View<'_>, file: FileId) -> Result<MeshFile, Diagnostics> {
+    let failed = |error: io::Error| fatal(&format!("cannot read: {error}"), file);
+    let mut buffer = Vec::new();
+    let start = view.piece(0..view.len().min(LONGEST_HEADER), &mut buffer).map_err(failed)?;
+    if let Ok(header) = header::parse(start, file)
+        && let Some(Fixed { mesh, skipped }) = fixed::read(&header, view, file).map_err(failed)?
+    {
+        return finish(Some(mesh), Diagnostics::new(), skipped, file);
+    }
+    read_in_order(view.piece(0..view.len(), &mut buffer).map_err(failed)?, file)
+}
+
+/// Bytes in which the header of a file ends that is not read one value after another.
+const LONGEST_HEADER: usize = 1 << 16;
+
+/// Reads one value after another.
+fn read_in_order(bytes: &[u8], file: FileId) -> Result<MeshFile, Diagnostics> {
     let header = header::parse(bytes, file)?;
     let rest = &bytes[header.data..];
     match header.encoding {
@@ -49,13 +75,23 @@ pub fn read(bytes: &[u8], file: FileId) -> Result<MeshFile, Diagnostics> {
 }
 
 fn read_values<V: Values>(header: &Header, file: FileId, values: V) -> Result<MeshFile, Diagnostics> {
-    let mut reader = Reader { header, file, values, found: Diagnostics::new(), skipped: Tally::new() };
+    let mut reader = Reader::new(header, file, values);
     let content = reader.read();
     let Reader { mut found, mut skipped, .. } = reader;
     let mesh = match content {
         Ok(content) if !found.has_errors() => assemble(content, header, file, &mut found, &mut skipped),
         Ok(_) | Err(Stop) => None,
     };
+    finish(mesh, found, skipped, file)
+}
+
+/// Reports what was found.
+fn finish(
+    mesh: Option<Mesh>,
+    mut found: Diagnostics,
+    skipped: Tally<Skipped>,
+    file: FileId,
+) -> Result<MeshFile, Diagnostics> {
     let keys = skipped.uses();
     skipped.report(&mut found);
     found.sort();

@@ -9,9 +9,39 @@ const POWERS: [f64; 23] = [
 /// Most digits whose value always fits in 64 bits.
 const MAX_DIGITS: usize = 19;
 
+/// Powers of ten by which runs of up to eight digits move what comes before them.
+const SHIFTS: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
+
 /// Adds a run of digits to `mantissa`; returns the run's end. The value wraps if there are too many digits.
+///
+/// Eight bytes are looked at as one number (Lemire, "Number parsing at a gigabyte per second", 2021).
 #[inline(always)]
-fn digits(bytes: &[u8], mut at: usize, mantissa: &mut u64) -> usize {
+pub(crate) fn digits(bytes: &[u8], mut at: usize, mantissa: &mut u64) -> usize {
+    while let Some(chunk) = bytes.get(at..).and_then(|rest| rest.first_chunk::<8>()) {
+        // Bytes of digits become 0 to 9; of others the top bit is marked, rightly up to the first of them.
+        let values = u64::from_le_bytes(*chunk) ^ 0x3030_3030_3030_3030;
+        let others = (values.wrapping_add(0x7676_7676_7676_7676) | values) & 0x8080_8080_8080_8080;
+        let count = (others.trailing_zeros() / 8) as usize;
+        if count == 0 {
+            return at;
+        }
+        // The digits at the end of eight, zeros before them, to the sum of their places.
+        let mut sum = values << (64 - 8 * count);
+        sum = sum.wrapping_mul(10).wrapping_add(sum >> 8);
+        let (even, odd) = (sum & 0x0000_00ff_0000_00ff, (sum >> 16) & 0x0000_00ff_0000_00ff);
+        sum = even.wrapping_mul(0x000f_4240_0000_0064).wrapping_add(odd.wrapping_mul(0x0000_2710_0000_0001)) >> 32;
+        *mantissa = mantissa.wrapping_mul(SHIFTS[count]).wrapping_add(sum);
+        at += count;
+        if count < 8 {
+            return at;
+        }
+    }
+    digits_at_end(bytes, at, mantissa)
+}
+
+/// [`digits`], one at a time.
+#[cold]
+fn digits_at_end(bytes: &[u8], mut at: usize, mantissa: &mut u64) -> usize {
     while let Some(digit) = bytes.get(at).map(|b| b.wrapping_sub(b'0')).filter(|&d| d < 10) {
         *mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
         at += 1;
@@ -70,11 +100,15 @@ mod tests {
     use super::*;
     use proptest::{prelude::*, test_runner::RngSeed};
 
+    /// At the end of the bytes, and with others after it.
     fn check(text: &str) {
         let expected: f64 = text.parse().unwrap();
-        let (value, length) = parse(text.as_bytes()).unwrap_or_else(|| panic!("{text}"));
-        assert_eq!(value.to_bits(), expected.to_bits(), "{text}");
-        assert_eq!(length, text.len(), "{text}");
+        for after in ["", " 12345678", "/", ":90000000", "\u{ff}00000000", "\n"] {
+            let bytes = [text, after].concat().into_bytes();
+            let (value, length) = parse(&bytes).unwrap_or_else(|| panic!("{text}"));
+            assert_eq!(value.to_bits(), expected.to_bits(), "{text}");
+            assert_eq!(length, text.len(), "{text}");
+        }
     }
 
     #[test]

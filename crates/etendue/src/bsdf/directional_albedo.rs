@@ -8,7 +8,10 @@ use super::{
     ggx::{ALPHA_MIN, Ggx, reflected},
     sheen,
 };
-use crate::math::{PI, Vec3, sin_cos_turns, vec3};
+use crate::{
+    math::{PI, Vec3, sin_cos_turns, vec3},
+    parallel,
+};
 use std::sync::LazyLock;
 
 /// Directional albedo of GGX facets with Schlick's reflectance, `F0 + (1 - F0) (1 - cos)^5`, as a linear function of F0.
@@ -71,7 +74,7 @@ impl Width {
                 let bias = schlick_weight(cos);
                 Facets { scale: 1.0 - bias, bias }
             }
-            Self::Row(y) => bilinear(&TABLES.facets, fourth_root(cos), y, Facets::lerp),
+            Self::Row(y) => bilinear(&FACETS.at, fourth_root(cos), y, Facets::lerp),
         }
     }
 
@@ -82,7 +85,7 @@ impl Width {
             Self::Mirror => Facets { scale: 20.0 / 21.0, bias: 1.0 / 21.0 },
             Self::Row(y) => {
                 let (row, fraction) = cell(y, ROWS);
-                TABLES.average[row].lerp(TABLES.average[row + 1], fraction)
+                FACETS.average[row].lerp(FACETS.average[row + 1], fraction)
             }
         }
     }
@@ -93,7 +96,7 @@ impl Width {
 pub fn sheen(cos: f32, alpha: f32) -> f32 {
     let y = (alpha - sheen::ALPHA_MIN) * (1.0 / (1.0 - sheen::ALPHA_MIN));
     let y = y.clamp(0.0, 1.0).sqrt() * (SHEEN_ROWS - 1) as f32;
-    bilinear(&TABLES.sheen, fourth_root(cos), y, |a, b, x| a * (1.0 - x) + b * x)
+    bilinear(&SHEEN, fourth_root(cos), y, |a, b, x| a * (1.0 - x) + b * x)
 }
 
 const COLUMNS: usize = 40;
@@ -102,33 +105,45 @@ const SHEEN_ROWS: usize = 12;
 /// Points along each side of the square that an entry is summed over.
 const POINTS: usize = 32;
 
-struct Tables {
-    facets: [[Facets; COLUMNS]; ROWS],
+/// Of facets: at directions, and on average.
+struct FacetTables {
+    at: [[Facets; COLUMNS]; ROWS],
     average: [Facets; ROWS],
-    sheen: [[f32; COLUMNS]; SHEEN_ROWS],
 }
 
-static TABLES: LazyLock<Tables> = LazyLock::new(|| {
-    let width = |row: usize, rows: usize| {
-        let y = row as f32 / (rows - 1) as f32;
-        y * y
-    };
-    let cos_at = |column: usize| {
-        let x = column as f32 / (COLUMNS - 1) as f32;
-        ((x * x) * (x * x)).max(1e-5)
-    };
-    let facets = std::array::from_fn(|row| {
-        let least = ALPHA_MIN.sqrt();
+static FACETS: LazyLock<FacetTables> = LazyLock::new(|| {
+    let least = ALPHA_MIN.sqrt();
+    let at = table(|row, cos| {
         let root = least + (1.0 - least) * width(row, ROWS);
-        std::array::from_fn(|column| sum_facets(cos_at(column), (root * root).max(ALPHA_MIN)))
+        sum_facets(cos, (root * root).max(ALPHA_MIN))
     });
-    let sheen = std::array::from_fn(|row| {
-        let alpha = sheen::ALPHA_MIN + (1.0 - sheen::ALPHA_MIN) * width(row, SHEEN_ROWS);
-        std::array::from_fn(|column| sum_sheen(cos_at(column), alpha))
-    });
-    let average = std::array::from_fn(|row| average(&facets[row]));
-    Tables { facets, average, sheen }
+    FacetTables { average: std::array::from_fn(|row| average(&at[row])), at }
 });
+
+static SHEEN: LazyLock<[[f32; COLUMNS]; SHEEN_ROWS]> = LazyLock::new(|| {
+    table(|row, cos| {
+        let alpha = sheen::ALPHA_MIN + (1.0 - sheen::ALPHA_MIN) * width(row, SHEEN_ROWS);
+        sum_sheen(cos, alpha)
+    })
+});
+
+/// A table over row and cosine. Rows are made on several threads, since the first path that meets the lobe waits for all.
+fn table<T: Copy + Send, const N: usize>(entry: impl Fn(usize, f32) -> T + Sync) -> [[T; COLUMNS]; N] {
+    let rows: Vec<[T; COLUMNS]> = parallel::map(N, |row| std::array::from_fn(|column| entry(row, cosine(column))));
+    std::array::from_fn(|row| rows[row])
+}
+
+/// Of a row, from 0 to 1.
+fn width(row: usize, rows: usize) -> f32 {
+    let y = row as f32 / (rows - 1) as f32;
+    y * y
+}
+
+/// Of a column.
+fn cosine(column: usize) -> f32 {
+    let x = column as f32 / (COLUMNS - 1) as f32;
+    ((x * x) * (x * x)).max(1e-5)
+}
 
 #[inline]
 fn fourth_root(cos: f32) -> f32 {

@@ -13,7 +13,7 @@ mod multiple;
 mod reference;
 
 use super::RadianceMap;
-use crate::spectrum::Spectrum;
+use crate::{parallel, spectrum::Spectrum};
 use air::{Air, Columns, GROUND, SUN_RADIUS, aerosol_phase, along, densities, molecular_phase, to_top};
 pub use bands::EFFICACY;
 use bands::{BANDS, Bands, Colours, displayable, reflectance};
@@ -108,17 +108,24 @@ impl Observer {
     fn daylight(&self, elevation: f64, ground: Spectrum) -> Daylight {
         let [width, height] = SIZE;
         let (sin_sun, cos_sun) = libm::sincos(elevation);
-        let mut texels = Vec::with_capacity(width * height);
-        let mut irradiance = Spectrum::BLACK;
-        let cell = 2.0 * PI * PI / (width * height) as f64;
-        for row in 0..height / 2 {
-            let (cos, sin) = libm::sincos(PI * (row as f64 + 0.5) / height as f64);
+        let cosines = |row: usize| libm::sincos(PI * (row as f64 + 0.5) / height as f64);
+        let rows = parallel::map(height / 2, |row| {
+            let (cos, sin) = cosines(row);
             let gathered = self.line_of_sight(sin, sin_sun, cos * cos_sun);
-            for column in 0..width {
+            let texel = |column: usize| {
                 let azimuth = PI * ((2 * column + 1) as f64 / width as f64 - 1.0).abs();
                 let (from, t) = air::cell(azimuth / PI * (AZIMUTHS - 1) as f64, AZIMUTHS);
                 let between = (sin * sin_sun + cos * cos_sun * libm::cos(azimuth)).clamp(-1.0, 1.0);
-                let radiance = displayable(gathered[from].mix(&gathered[from + 1], t).radiance(between));
+                displayable(gathered[from].mix(&gathered[from + 1], t).radiance(between))
+            };
+            (0..width).map(texel).collect::<Vec<_>>()
+        });
+        let mut texels = Vec::with_capacity(width * height);
+        let mut irradiance = Spectrum::BLACK;
+        let cell = 2.0 * PI * PI / (width * height) as f64;
+        for (row, radiances) in rows.into_iter().enumerate() {
+            let (cos, sin) = cosines(row);
+            for radiance in radiances {
                 irradiance += radiance * (cell * cos * sin) as f32;
                 texels.push(radiance.0);
             }

@@ -4,7 +4,7 @@ use super::{
     air::{Air, Columns, GROUND, TOP, along, cell, densities, to_ground, to_top},
     bands::{BANDS, Bands},
 };
-use crate::math::exp_wide;
+use crate::{math::exp_wide, parallel};
 use std::f64::consts::PI;
 
 const HEIGHTS: usize = 12;
@@ -74,8 +74,7 @@ fn sun_cosine(index: usize) -> f64 {
 impl Multiple {
     /// `ground` is the reflectance of the ground.
     pub fn new(air: &Air, columns: &Columns, ground: &Bands) -> Self {
-        let mut table = Vec::with_capacity(HEIGHTS * SUNS);
-        for i in 0..HEIGHTS {
+        let at_height = |i: usize| -> Vec<Bands> {
             let r = GROUND + height(i);
             let paths: Vec<(f64, Path)> = (0..POLAR)
                 .map(|k| {
@@ -84,12 +83,13 @@ impl Multiple {
                 })
                 .collect();
             let again = scattered_again(&paths, ground);
-            for j in 0..SUNS {
+            let entry = |j: usize| -> Bands {
                 let second = second_order(air, columns, &paths, r, sun_cosine(j), ground);
-                table.push(std::array::from_fn(|b| second[b] / (1.0 - again[b])));
-            }
-        }
-        Self(table)
+                std::array::from_fn(|b| second[b] / (1.0 - again[b]))
+            };
+            (0..SUNS).map(entry).collect()
+        };
+        Self(parallel::map(HEIGHTS, at_height).concat())
     }
 
     /// At height `height` above the ground, m, where the sun's cosine against the vertical is `mu_sun`.
