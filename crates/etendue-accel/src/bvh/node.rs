@@ -132,7 +132,7 @@ impl Pack {
     }
 
     /// The corners of one triangle.
-    #[inline(always)]
+    #[cfg(test)]
     pub fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
         std::array::from_fn(|corner| std::array::from_fn(|axis| self.corners[corner][axis][lane]))
     }
