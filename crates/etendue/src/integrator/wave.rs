@@ -84,11 +84,7 @@ impl Wave {
             counters.rays += self.paths.len() as u64;
             context.scene.accelerator().closest_hits(&self.paths.rays, &mut self.paths.hits);
             self.shade(context);
-            counters.rays += if context.has_media() {
-                self.shadows.trace_within(context.scene, &mut self.paths)
-            } else {
-                self.shadows.trace(context.scene, &mut self.paths.radiance)
-            };
+            counters.rays += self.shadows.trace(context.scene, &mut self.paths);
             counters.overflowed += self.retire(tile);
         }
     }

@@ -119,7 +119,9 @@ fn rectangle_frames(lights: &[Light], varied: &VariedLights) -> Vec<Option<Box<R
     let is_rectangle = |light: &Light| matches!(light, Light::Rectangle(_));
     let count = lights.iter().rposition(is_rectangle).map_or(0, |last| last + 1);
     let frame = |(index, light): (usize, &Light)| match light {
-        Light::Rectangle(rectangle) if !varied.contains(index as u32) => Some(Box::new(RectangleFrame::new(rectangle))),
+        Light::Rectangle(rectangle) if !varied.contains(index as u32) => {
+            Some(RectangleFrame::new(rectangle)).filter(RectangleFrame::has_map).map(Box::new)
+        }
         _ => None,
     };
     lights[..count].iter().enumerate().map(frame).collect()
