@@ -83,6 +83,7 @@ impl Wave {
             }
             counters.rays += self.paths.len() as u64;
             context.scene.accelerator().closest_hits(&self.paths.rays, &mut self.paths.hits);
+            context.scene.prefetch_surfaces(&self.paths.hits);
             self.shade(context);
             counters.rays += self.shadows.trace(context.scene, &mut self.paths);
             counters.overflowed += self.retire(tile);
