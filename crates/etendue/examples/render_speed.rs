@@ -17,7 +17,7 @@ use etendue::{
 use etendue_accel::{AcceleratorKind, Isa};
 use std::{error::Error, time::Instant};
 
-const SCENES: [&str; 4] = ["room", "sky", "gloss", "lamps"];
+const SCENES: [&str; 5] = ["room", "sky", "gloss", "lamps", "large"];
 
 #[derive(Default)]
 struct Parts(SceneParts);
@@ -116,10 +116,10 @@ impl Parts {
                 parts.cube([-0.35, -0.4, -0.3], [0.3, 0.6, 0.3], 0.3, clay);
                 parts.cube([0.35, -0.7, 0.3], [0.3, 0.3, 0.3], -0.3, clay);
             }
-            "sky" => {
+            "sky" | "large" => {
                 parts.0.environment = Some(Environment::Constant(Spectrum([0.8, 0.9, 1.0])));
                 parts.rectangle([-9.0, -1.0, -9.0], [0.0, 0.0, 18.0], [18.0, 0.0, 0.0], clay);
-                parts.ball([0.0, 0.0, 0.0], 1.0, 300, clay);
+                parts.ball([0.0, 0.0, 0.0], 1.0, if name == "sky" { 300 } else { 700 }, clay);
             }
             "gloss" => {
                 parts.room();

@@ -5,7 +5,7 @@ use crate::{
     scene::{Placement, Primitives},
     texture::{Footprint, Lookup},
 };
-use etendue_accel::{Hit, PrimitiveId, Ray, Transform};
+use etendue_accel::{Hit, PrimitiveId, Ray, Transform, prefetch};
 use std::f32::consts::PI;
 
 /// Where there is no light.
@@ -265,6 +265,23 @@ impl MeshData {
     #[inline]
     pub fn corner(&self, index: u32) -> Vec3 {
         Vec3::from(self.positions[index as usize])
+    }
+
+    /// Bytes that surface points are made from.
+    pub fn bytes(&self) -> usize {
+        let normals = self.normals.as_deref().map_or(0, size_of_val);
+        size_of_val(&*self.indices) + size_of_val(&*self.positions) + normals
+    }
+
+    /// Asks for a face's corners, which are read from memory soon.
+    #[inline]
+    pub fn prefetch_corners(&self, face: u32) {
+        for index in self.indices[face as usize] {
+            prefetch(&self.positions[index as usize]);
+            if let Some(normals) = &self.normals {
+                prefetch(&normals[index as usize]);
+            }
+        }
     }
 
     /// True if it has no vertex normals, and no face is so small or large that f32 is too short for its normal.

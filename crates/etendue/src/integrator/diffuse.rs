@@ -342,22 +342,21 @@ impl DiffuseLanes {
     }
 
     fn sample_lights(&mut self, context: &Context) {
+        let isa = context.scene.accelerator().isa();
         for i in 0..self.len {
-            if self.lights.lit[i] != Lit::Ask as u32 {
-                continue;
-            }
             let index = self.lights.index[i];
-            if let Some((frame, radiance)) = context.scene.uniform_rectangle(index)
-                && self.lights.index[i..self.len].iter().filter(|other| **other == index).count() >= FEWEST
-            {
-                let isa = context.scene.accelerator().isa();
+            let Some((frame, radiance)) = context.scene.uniform_rectangle(index) else { continue };
+            let (before, rest) = self.lights.index[..self.len].split_at(i);
+            let count = rest.iter().filter(|other| **other == index).count();
+            if count >= FEWEST && !before.contains(&index) {
                 run(isa, Rectangle { lanes: self, frame, radiance, index });
-                // Lanes for which the map is not good enough still ask.
-                if self.lights.lit[i] != Lit::Ask as u32 {
-                    continue;
-                }
             }
-            self.sample_light(context, i);
+        }
+        // Those that share a light with few, and those for which a rectangle's map is not good enough.
+        for i in 0..self.len {
+            if self.lights.lit[i] == Lit::Ask as u32 {
+                self.sample_light(context, i);
+            }
         }
     }
 

@@ -1,6 +1,9 @@
 //! Shadow rays: light that arrives at a path's vertex if nothing is in between.
 
-use super::attenuated::Traveller;
+use super::{
+    attenuated::{Traveller, attenuation},
+    paths::Paths,
+};
 use crate::{math::Vec3, scene::Scene, spectrum::Spectrum, surface::SurfacePoint};
 use etendue_accel::{Hit, PrimitiveId, Ray};
 
@@ -17,12 +20,14 @@ pub(super) struct Shadow {
 
 /// The shadow rays of a wave, any number a path, in the order of paths.
 pub(super) struct ShadowQueue {
-    pub(super) rays: Vec<Ray>,
-    pub(super) shadows: Vec<Shadow>,
+    rays: Vec<Ray>,
+    shadows: Vec<Shadow>,
     /// One a shadow in scenes with media, else none.
     pub(super) travellers: Vec<Traveller>,
-    pub(super) occluded: Vec<bool>,
-    pub(super) hits: Vec<Hit>,
+    occluded: Vec<bool>,
+    hits: Vec<Hit>,
+    /// The shadows whose rays are still on their way.
+    open: Vec<u32>,
 }
 
 /// A ray from `origin` to the target, or in direction `wi` for ever.
@@ -40,6 +45,7 @@ impl ShadowQueue {
             travellers: Vec::new(),
             occluded: Vec::with_capacity(n),
             hits: Vec::new(),
+            open: Vec::new(),
         }
     }
 
@@ -87,60 +93,89 @@ impl ShadowQueue {
     }
 
     /// Traces the queue, adds what arrives to the paths' radiance, and empties it. Returns the number of rays traced.
-    pub fn trace(&mut self, scene: &Scene, radiance: &mut [Spectrum]) -> u64 {
-        let rays = if scene.is_opaque() {
-            self.occluded.clear();
-            self.occluded.resize(self.rays.len(), false);
-            scene.accelerator().any_hits(&self.rays, &mut self.occluded);
-            for (shadow, occluded) in self.shadows.iter().zip(&self.occluded) {
-                if !occluded {
-                    radiance[shadow.path as usize] += shadow.contribution;
-                }
+    pub fn trace(&mut self, scene: &Scene, paths: &mut Paths) -> u64 {
+        let hides = !self.travellers.is_empty() && scene.interiors().may_hide();
+        let rays = if scene.is_opaque() && !hides { self.trace_unbroken(scene) } else { self.trace_through(scene) };
+        // In queue order, so that a path's terms are always summed alike.
+        for (at, shadow) in self.shadows.iter().enumerate() {
+            let path = shadow.path as usize;
+            paths.radiance[path] += shadow.contribution;
+            if self.travellers.get(at).is_some_and(|traveller| traveller.direct) {
+                paths.direct[path] += shadow.contribution;
             }
-            self.rays.len() as u64
-        } else {
-            self.trace_through(scene, radiance)
-        };
+        }
         self.rays.clear();
         self.shadows.clear();
+        self.travellers.clear();
         rays
     }
 
-    /// As [`Self::trace`], where some surfaces let a part of the light pass straight through.
-    fn trace_through(&mut self, scene: &Scene, radiance: &mut [Spectrum]) -> u64 {
+    /// Where every surface stops light, so that each ray stays in one medium.
+    fn trace_unbroken(&mut self, scene: &Scene) -> u64 {
+        self.occluded.clear();
+        self.occluded.resize(self.rays.len(), false);
+        scene.accelerator().any_hits(&self.rays, &mut self.occluded);
+        for (at, occluded) in self.occluded.iter().enumerate() {
+            let contribution = &mut self.shadows[at].contribution;
+            if *occluded {
+                *contribution = Spectrum::BLACK;
+            } else if let Some(traveller) = self.travellers.get_mut(at) {
+                *contribution *= attenuation(scene, traveller, &self.rays[at], &Hit::MISS);
+            }
+        }
+        self.rays.len() as u64
+    }
+
+    /// Where surfaces let a part of the light pass straight on, or only bound a medium.
+    fn trace_through(&mut self, scene: &Scene) -> u64 {
         let mut traced = 0;
-        let mut open: Vec<usize> = (0..self.rays.len()).collect();
-        while !open.is_empty() {
+        self.open.clear();
+        self.open.extend(0..self.rays.len() as u32);
+        while !self.open.is_empty() {
             self.hits.clear();
             self.hits.resize(self.rays.len(), Hit::MISS);
             scene.accelerator().closest_hits(&self.rays, &mut self.hits);
             traced += self.rays.len() as u64;
-            let (rays, hits) = (std::mem::take(&mut self.rays), std::mem::take(&mut self.hits));
-            let mut still_open = Vec::new();
-            for ((ray, hit), at) in rays.iter().zip(&hits).zip(open) {
-                if !hit.is_hit() {
-                    continue;
+            let mut kept = 0;
+            for i in 0..self.open.len() {
+                let (at, ray, hit) = (self.open[i], self.rays[i], self.hits[i]);
+                if let Some(onward) = self.pass(scene, at as usize, &ray, &hit) {
+                    self.rays[kept] = onward;
+                    self.open[kept] = at;
+                    kept += 1;
                 }
-                let point = scene.surface_point(ray, hit);
-                let shadow = &mut self.shadows[at];
-                shadow.contribution *= 1.0 - scene.opacity(&point, hit);
-                if shadow.contribution.is_black() {
-                    continue;
-                }
-                let direction = Vec3::from(ray.direction);
-                let mut onward = segment(point.leave(direction), direction, shadow.target, hit.id);
-                if shadow.target.is_none() {
-                    onward.t_max = ray.t_max - hit.t;
-                }
-                self.rays.push(onward);
-                still_open.push(at);
             }
-            open = still_open;
-        }
-        // In queue order, so that a path's terms are always summed alike.
-        for shadow in &self.shadows {
-            radiance[shadow.path as usize] += shadow.contribution;
+            self.rays.truncate(kept);
+            self.open.truncate(kept);
         }
         traced
+    }
+
+    /// Takes shadow `at` to what its ray hits; the rest of its way if there is one.
+    fn pass(&mut self, scene: &Scene, at: usize, ray: &Ray, hit: &Hit) -> Option<Ray> {
+        let (shadow, mut traveller) = (&mut self.shadows[at], self.travellers.get_mut(at));
+        if !hit.is_hit() {
+            if let Some(traveller) = traveller {
+                shadow.contribution *= attenuation(scene, traveller, ray, hit);
+            }
+            return None;
+        }
+        let (point, direction) = (scene.surface_point(ray, hit), Vec3::from(ray.direction));
+        let meets = |traveller: &mut Traveller| scene.interiors().meet(&traveller.bodies, &point, direction).hidden;
+        if !traveller.as_deref_mut().is_some_and(meets) {
+            shadow.contribution *= 1.0 - scene.opacity(&point, hit);
+        }
+        if shadow.contribution.is_black() {
+            return None;
+        }
+        if let Some(traveller) = traveller {
+            shadow.contribution *= attenuation(scene, traveller, ray, hit);
+            scene.interiors().cross(&mut traveller.bodies, &point, direction);
+        }
+        let mut onward = segment(point.leave(direction), direction, shadow.target, hit.id);
+        if shadow.target.is_none() {
+            onward.t_max = ray.t_max - hit.t;
+        }
+        (!shadow.contribution.is_black()).then_some(onward)
     }
 }

@@ -83,12 +83,9 @@ impl Wave {
             }
             counters.rays += self.paths.len() as u64;
             context.scene.accelerator().closest_hits(&self.paths.rays, &mut self.paths.hits);
+            context.scene.prefetch_surfaces(&self.paths.hits);
             self.shade(context);
-            counters.rays += if context.has_media() {
-                self.shadows.trace_within(context.scene, &mut self.paths)
-            } else {
-                self.shadows.trace(context.scene, &mut self.paths.radiance)
-            };
+            counters.rays += self.shadows.trace(context.scene, &mut self.paths);
             counters.overflowed += self.retire(tile);
         }
     }

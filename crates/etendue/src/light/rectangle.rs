@@ -206,6 +206,12 @@ pub(crate) struct DrawnPoint {
 }
 
 impl RectangleFrame {
+    /// True if it has a map at all, which other parallelograms have not.
+    #[inline]
+    pub fn has_map(&self) -> bool {
+        self.is_rectangle
+    }
+
     #[inline]
     pub fn new(light: &RectangleLight) -> Self {
         let (corner, u, v) = (light.corner.as_dvec3(), light.u.as_dvec3(), light.v.as_dvec3());

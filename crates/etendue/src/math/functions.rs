@@ -67,7 +67,7 @@ pub(crate) fn atan2_wide(y: f64, x: f64) -> f64 {
     // tan(a - pi/4) = (tan(a) - 1) / (tan(a) + 1).
     let steep = low > TAN_EIGHTH * high;
     let (top, bottom) = if steep { (low - high, low + high) } else { (low, high) };
-    let t = if bottom > 0.0 { top / bottom } else { 0.0 };
+    let t = if bottom == 0.0 { 0.0 } else { top / bottom };
     let z = t * t;
     // Rational minimax on [-0.66, 0.66] (Cephes, Moshier 1992).
     let p = -75.008_557_923_147_05 + z * (-16.157_537_187_333_65 + z * -0.875_060_860_003_190_4);
@@ -195,4 +195,37 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     let quadrant = if ay > ax { 0.5 * PI - octant } else { octant };
     let half = if x.is_sign_negative() { PI - quadrant } else { quadrant };
     half.copysign(y)
+}
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "the platform's functions are the reference")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sines_and_cosines_in_f64() {
+        for i in -200_000..=200_000 {
+            let angle = f64::from(i) * 1e-4 + f64::from(i % 7) * 1e-9;
+            let (sin, cos) = sin_cos_wide(angle);
+            assert!((sin - angle.sin()).abs() < 4e-16 && (cos - angle.cos()).abs() < 4e-16, "{angle}: {sin} {cos}");
+        }
+        for tiny in [1e-300, 1e-20, 1e-9] {
+            assert_eq!(sin_cos_wide(tiny), (tiny, 1.0));
+        }
+    }
+
+    #[test]
+    fn arc_tangents_in_f64() {
+        for i in 0..400_000 {
+            let angle = (f64::from(i) + 0.37) * (std::f64::consts::PI / 200_000.0) - std::f64::consts::PI;
+            let length = [1.0, 1e-150, 3e120, 1e-9][i as usize % 4];
+            let (y, x) = (angle.sin() * length, angle.cos() * length);
+            let (found, exact) = (atan2_wide(y, x), y.atan2(x));
+            assert!((found - exact).abs() <= 1e-15 * exact.abs(), "{angle}: {found} for {exact}");
+        }
+        for (y, x) in [(0.0, 1.0), (0.0, 0.0), (-0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-2.0, -0.0), (1e-300, 1.0)] {
+            assert_eq!(atan2_wide(y, x).to_bits(), f64::atan2(y, x).to_bits(), "{y} {x}");
+        }
+        assert!(atan2_wide(f64::NAN, 1.0).is_nan() && atan2_wide(1.0, f64::NAN).is_nan());
+    }
 }

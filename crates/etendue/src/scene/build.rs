@@ -19,6 +19,9 @@ use etendue_accel::{
 };
 use std::sync::Arc;
 
+/// Bytes of meshes that stay in a core's own cache, beside all else.
+const CACHE: usize = 1 << 18;
+
 /// How the accelerator is built.
 #[derive(Clone, Copy, Debug)]
 pub struct AcceleratorSettings {
@@ -122,8 +125,10 @@ impl Scene {
             let corner = Vec3::from(b.min).abs().max(Vec3::from(b.max).abs());
             corner.length().max(f32::MIN_POSITIVE)
         });
+        let is_large = placements.iter().map(Placement::mesh_bytes).fold(0, usize::saturating_add) > CACHE;
         Ok(Self {
             center,
+            is_large,
             placements,
             albedos: parts.materials.iter().map(plain_albedo).collect(),
             bsdfs: parts.materials.iter().map(plain_bsdf).collect(),

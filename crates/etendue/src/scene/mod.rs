@@ -22,7 +22,7 @@ use crate::{
     texture::Lookup,
 };
 use emitters::{Cut, VariedLights};
-use etendue_accel::{Accelerator, Hit, Ray, Transform};
+use etendue_accel::{Accelerator, Hit, Ray, Transform, prefetch};
 use std::sync::Arc;
 
 /// What one instance of the accelerator's world looks like: one a scene object, in the same order.
@@ -69,6 +69,14 @@ enum FaceLights {
 }
 
 impl Placement {
+    /// See [`MeshData::bytes`]; what placements share counts each time.
+    fn mesh_bytes(&self) -> usize {
+        match &self.primitives {
+            Primitives::Mesh(mesh) => mesh.bytes(),
+            Primitives::Sphere { .. } => 0,
+        }
+    }
+
     #[inline]
     pub fn material(&self, primitive: u32) -> u32 {
         let slot = self.face_materials.as_ref().map_or(0, |faces| faces[primitive as usize]);
@@ -119,7 +127,9 @@ fn rectangle_frames(lights: &[Light], varied: &VariedLights) -> Vec<Option<Box<R
     let is_rectangle = |light: &Light| matches!(light, Light::Rectangle(_));
     let count = lights.iter().rposition(is_rectangle).map_or(0, |last| last + 1);
     let frame = |(index, light): (usize, &Light)| match light {
-        Light::Rectangle(rectangle) if !varied.contains(index as u32) => Some(Box::new(RectangleFrame::new(rectangle))),
+        Light::Rectangle(rectangle) if !varied.contains(index as u32) => {
+            Some(RectangleFrame::new(rectangle)).filter(RectangleFrame::has_map).map(Box::new)
+        }
         _ => None,
     };
     lights[..count].iter().enumerate().map(frame).collect()
@@ -140,6 +150,8 @@ pub struct Scene {
     interiors: Interiors,
     accelerator: Accelerator,
     opaque: bool,
+    /// True if meshes have more bytes than a core's own cache.
+    is_large: bool,
     filters: bool,
     has_delta_lights: bool,
     stats: SceneStats,
@@ -225,6 +237,28 @@ impl Scene {
     #[inline]
     pub fn bsdf(&self, index: u32) -> Option<&Bsdf> {
         self.bsdfs[index as usize].as_ref()
+    }
+
+    /// Asks for the surfaces of hits, if meshes are so large that they would have to be waited for one by one: the faces of
+    /// all hits first, then their corners.
+    pub(crate) fn prefetch_surfaces(&self, hits: &[Hit]) {
+        if !self.is_large {
+            return;
+        }
+        let mesh_of = |hit: &Hit| match &self.placements.get(hit.id.instance as usize)?.primitives {
+            Primitives::Mesh(mesh) => Some(mesh),
+            Primitives::Sphere { .. } => None,
+        };
+        for hit in hits {
+            if let Some(mesh) = mesh_of(hit) {
+                prefetch(&mesh.indices[hit.id.primitive as usize]);
+            }
+        }
+        for hit in hits {
+            if let Some(mesh) = mesh_of(hit) {
+                mesh.prefetch_corners(hit.id.primitive);
+            }
+        }
     }
 
     /// The corners of the facet that was hit and its albedo, where that says all about the surface: flat, opaque, and
