@@ -2,6 +2,7 @@
 
 use super::{
     Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density,
+    patch::Patch,
     planar::Facing, spherical::SphericalTriangle,
 };
 use crate::{
@@ -9,8 +10,9 @@ use crate::{
     spectrum::Spectrum,
 };
 
-/// An emissive parallelogram `corner + a u + b v`, a, b in [0, 1], sampled uniformly in solid angle: a rectangle by the
-/// continuous map of Ureña, Fajardo and King, anything else as two spherical triangles.
+/// An emissive parallelogram `corner + a u + b v`, a, b in [0, 1], sampled by what its points bring where it is not near
+/// (`Patch`), else uniformly in solid angle: a rectangle by the continuous map of Ureña, Fajardo and King, anything else as two
+/// spherical triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RectangleLight {
     /// Metres.
@@ -32,9 +34,10 @@ const RIGHT_ANGLE: f64 = 1e-6;
 /// the two triangles, which do not cancel, take over.
 const SMALLEST_RECTANGLE: f64 = 1e-8;
 
-/// How the light looks from a context: both parts sample uniformly in solid angle.
+/// How the light looks from a context.
 #[expect(clippy::large_enum_variant, reason = "lives on the stack, for one sample")]
 enum View {
+    Patch(Patch),
     Rectangle(SphericalRectangle),
     Triangles(TrianglePair),
 }
@@ -47,16 +50,18 @@ struct TrianglePair {
 
 impl RectangleLight {
     #[inline]
-    fn view(&self, ctx: &LightContext) -> Option<(Facing, View, f64)> {
+    fn view(&self, ctx: &LightContext) -> Option<(Facing, View)> {
         let (corner, u, v) = (self.corner.as_dvec3(), self.u.as_dvec3(), self.v.as_dvec3());
         let cross = u.cross(v);
         let facing = Facing::new(ctx, &[corner, corner + u, corner + u + v, corner + v], cross, self.two_sided)?;
         let relative = corner - ctx.point.as_dvec3();
+        if let Some(patch) = Patch::parallelogram(ctx, &facing, relative, u, v) {
+            return Some((facing, View::Patch(patch)));
+        }
         if u.dot(v).abs() <= RIGHT_ANGLE * (u.length_squared() * v.length_squared()).sqrt() {
             let rectangle = SphericalRectangle::new(relative, u, v);
             if rectangle.solid_angle >= SMALLEST_RECTANGLE {
-                let solid_angle = rectangle.solid_angle;
-                return Some((facing, View::Rectangle(rectangle), solid_angle));
+                return Some((facing, View::Rectangle(rectangle)));
             }
         }
         let corners = [relative, relative + u, relative + u + v, relative + v];
@@ -64,8 +69,7 @@ impl RectangleLight {
             SphericalTriangle::new([corners[0], corners[1], corners[2]], cross),
             SphericalTriangle::new([corners[0], corners[2], corners[3]], cross),
         ];
-        let solid_angle = triangles[0].solid_angle + triangles[1].solid_angle;
-        Some((facing, View::Triangles(TrianglePair { corners, triangles }), solid_angle))
+        Some((facing, View::Triangles(TrianglePair { corners, triangles })))
     }
 }
 
@@ -94,18 +98,32 @@ impl Emitter for RectangleLight {
 
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
-        let (facing, view, solid_angle) = self.view(ctx)?;
+        let (facing, view) = self.view(ctx)?;
         let u = u.map(f64::from);
-        let (offset, at) = match view {
-            View::Rectangle(rectangle) => rectangle.sample(u),
-            View::Triangles(pair) => pair.sample(u, solid_angle),
+        let (offset, at, density) = match view {
+            View::Patch(patch) => patch.sample(u),
+            View::Rectangle(rectangle) => {
+                let (offset, at) = rectangle.sample(u);
+                (offset, at, 1.0 / rectangle.solid_angle)
+            }
+            View::Triangles(pair) => {
+                let solid_angle = pair.solid_angle();
+                let (offset, at) = pair.sample(u, solid_angle);
+                (offset, at, 1.0 / solid_angle)
+            }
         };
-        facing.sample(offset, at, 1.0 / solid_angle, self.radiance)
+        facing.sample(offset, at, density, self.radiance)
     }
 
     #[inline]
-    fn pdf(&self, ctx: &LightContext, _wi: Vec3, _distance: f32) -> f32 {
-        self.view(ctx).and_then(|(_, _, solid_angle)| finite_density(1.0 / solid_angle)).unwrap_or(0.0)
+    fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
+        let Some((_, view)) = self.view(ctx) else { return 0.0 };
+        let density = match view {
+            View::Patch(patch) => patch.pdf(wi),
+            View::Rectangle(rectangle) => 1.0 / rectangle.solid_angle,
+            View::Triangles(pair) => 1.0 / pair.solid_angle(),
+        };
+        finite_density(density).unwrap_or(0.0)
     }
 
     fn arcs(&self, circle: &LightCircle) -> Arcs {
@@ -124,6 +142,11 @@ impl Emitter for RectangleLight {
 }
 
 impl TrianglePair {
+    #[inline]
+    fn solid_angle(&self) -> f64 {
+        self.triangles[0].solid_angle + self.triangles[1].solid_angle
+    }
+
     /// The point and its multiples of the edges. The first number chooses the triangle in proportion to its solid angle
     /// and is stretched for use inside it.
     #[inline]
