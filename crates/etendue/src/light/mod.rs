@@ -26,6 +26,7 @@ mod circle;
 mod directional;
 mod environment;
 mod extent;
+mod patch;
 mod planar;
 mod point;
 mod rectangle;

@@ -2,7 +2,7 @@
 
 use super::{
     Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density, is_usable,
-    margin, max_abs, planar::Facing, spherical::SphericalTriangle,
+    margin, max_abs, patch::Patch, planar::Facing, spherical::SphericalTriangle,
 };
 use crate::{
     bsdf::Density,
@@ -10,8 +10,9 @@ use crate::{
     spectrum::Spectrum,
 };
 
-/// An emissive parallelogram `corner + a u + b v`, a, b in [0, 1], sampled uniformly in solid angle: a rectangle by the
-/// continuous map of Ureña, Fajardo and King, anything else as two spherical triangles.
+/// An emissive parallelogram `corner + a u + b v`, a, b in [0, 1]. A rectangle is sampled uniformly in solid angle by the
+/// continuous map of Ureña, Fajardo and King; where it is too small for that, and any other parallelogram, by what its points
+/// bring where it is not near (`Patch`), else uniformly in solid angle as two spherical triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RectangleLight {
     /// Metres.
@@ -33,6 +34,13 @@ const RIGHT_ANGLE: f64 = 1e-6;
 /// the two triangles, which do not cancel, take over.
 const SMALLEST_RECTANGLE: f64 = 1e-8;
 
+/// How the light looks from a context, where the map of rectangles does not serve.
+#[expect(clippy::large_enum_variant, reason = "lives on the stack, for one sample")]
+enum Unmapped {
+    Patch(Patch),
+    Triangles(TrianglePair),
+}
+
 /// The triangles (corner, u, u + v) and (corner, u + v, v), and their corners relative to the context.
 struct TrianglePair {
     corners: [DVec3; 4],
@@ -41,18 +49,42 @@ struct TrianglePair {
 }
 
 impl RectangleLight {
-    /// What stands in for the map of rectangles where the light is none, or too small for it: relative to a context that
-    /// sees the light.
-    fn pair(&self, ctx: &LightContext) -> TrianglePair {
+    fn unmapped(&self, ctx: &LightContext) -> Option<(Facing, Unmapped)> {
         let (corner, u, v) = (self.corner.as_dvec3(), self.u.as_dvec3(), self.v.as_dvec3());
-        let (relative, cross) = (corner - ctx.point.as_dvec3(), u.cross(v));
+        let cross = u.cross(v);
+        let facing = Facing::new(ctx, &[corner, corner + u, corner + u + v, corner + v], cross, self.two_sided)?;
+        let relative = corner - ctx.point.as_dvec3();
+        if let Some(patch) = Patch::parallelogram(ctx, &facing, relative, u, v) {
+            return Some((facing, Unmapped::Patch(patch)));
+        }
         let corners = [relative, relative + u, relative + u + v, relative + v];
         let triangles = [
             SphericalTriangle::new([corners[0], corners[1], corners[2]], cross),
             SphericalTriangle::new([corners[0], corners[2], corners[3]], cross),
         ];
         let solid_angle = triangles[0].solid_angle + triangles[1].solid_angle;
-        TrianglePair { corners, triangles, solid_angle }
+        Some((facing, Unmapped::Triangles(TrianglePair { corners, triangles, solid_angle })))
+    }
+
+    fn sample_unmapped(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
+        let (facing, view) = self.unmapped(ctx)?;
+        let u = u.map(f64::from);
+        let (offset, at, density) = match view {
+            Unmapped::Patch(patch) => patch.sample(u),
+            Unmapped::Triangles(pair) => {
+                let (offset, at) = pair.sample(u);
+                (offset, at, 1.0 / pair.solid_angle)
+            }
+        };
+        facing.sample(offset, at, density, self.radiance)
+    }
+
+    fn density_unmapped(&self, ctx: &LightContext, wi: Vec3) -> f64 {
+        match self.unmapped(ctx) {
+            None => 0.0,
+            Some((_, Unmapped::Patch(patch))) => patch.pdf(wi),
+            Some((_, Unmapped::Triangles(pair))) => 1.0 / pair.solid_angle,
+        }
     }
 }
 
@@ -86,13 +118,10 @@ impl Emitter for RectangleLight {
         if !view.is_seen {
             return None;
         }
-        let drawn = if view.is_mapped {
-            frame.sample(&view, u)
-        } else {
-            let pair = self.pair(ctx);
-            let (offset, at) = pair.sample(u.map(f64::from));
-            view.draw(offset, at, pair.solid_angle)
-        };
+        if !view.is_mapped {
+            return self.sample_unmapped(ctx, u);
+        }
+        let drawn = frame.sample(&view, u);
         drawn.is_valid.then(|| LightSample {
             wi: drawn.wi,
             at: drawn.at,
@@ -103,13 +132,13 @@ impl Emitter for RectangleLight {
     }
 
     #[inline]
-    fn pdf(&self, ctx: &LightContext, _wi: Vec3, _distance: f32) -> f32 {
+    fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
         let view = RectangleFrame::new(self).view(ctx.point.as_dvec3());
         if !view.is_seen {
             return 0.0;
         }
-        let solid_angle = if view.is_mapped { view.solid_angle } else { self.pair(ctx).solid_angle };
-        finite_density(1.0 / solid_angle).unwrap_or(0.0)
+        let density = if view.is_mapped { 1.0 / view.solid_angle } else { self.density_unmapped(ctx, wi) };
+        finite_density(density).unwrap_or(0.0)
     }
 
     fn arcs(&self, circle: &LightCircle) -> Arcs {
@@ -190,7 +219,7 @@ pub(crate) struct RectangleView {
     solid_angle: f64,
     /// True if the point is on an emitting side, farther from the plane than the margin.
     pub is_seen: bool,
-    /// True if the map is accurate; if not, two triangles are to be taken for it.
+    /// True if the map is accurate; if not, something else is to be taken for it.
     pub is_mapped: bool,
 }
 
