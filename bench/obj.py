@@ -111,7 +111,11 @@ def main():
     parser.add_argument("--program", type=pathlib.Path, help="our reader (default: the release build's example)")
     parser.add_argument("--fail-below", type=float, help="fail if ours has less than this part of the other's speed")
     parser.add_argument("--fail-above-memory", type=float, help="fail if ours takes more memory than so many meshes")
+    parser.add_argument("--rival", action="store_true", help="install and compile rapidobj, and print where it is")
     args = parser.parse_args()
+    if args.rival:
+        print(rival())
+        return
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     ours = args.program or target / "release" / "examples" / "read_mesh"
     if not ours.exists():

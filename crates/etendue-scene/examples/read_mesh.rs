@@ -1,5 +1,5 @@
-//! Reads mesh files and prints, for each, one JSON object: seconds, bytes of the file, bytes of the mesh in memory, and how many
-//! of what is in it; or what is wrong, in one line each.
+//! Reads mesh files and prints, for each, one JSON object: seconds, bytes of the file, bytes of the mesh in memory, the most
+//! memory that the program has taken so far (where /proc tells), and how many of what is in it; or what is wrong, in one line each.
 //!
 //!     cargo run --release -p etendue-scene --example read_mesh -- FILE...
 
@@ -14,8 +14,16 @@ fn memory(file: &MeshFile) -> usize {
     let mesh = &file.mesh;
     let normals = mesh.normals.as_deref().map_or(0, size_of_val);
     let uvs = mesh.uvs.as_deref().map_or(0, size_of_val);
+    let colors = mesh.colors.as_deref().map_or(0, size_of_val);
     let materials = mesh.face_materials.as_deref().map_or(0, size_of_val);
-    size_of_val(&*mesh.positions) + size_of_val(&*mesh.indices) + normals + uvs + materials
+    size_of_val(&*mesh.positions) + size_of_val(&*mesh.indices) + normals + uvs + colors + materials
+}
+
+/// The most memory of this process, bytes.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kilobytes| kilobytes * 1024)
 }
 
 fn read(path: &Path) -> bool {
@@ -41,13 +49,14 @@ fn read(path: &Path) -> bool {
     let Ok(file) = result else { return false };
     println!(
         "{{\"seconds\": {seconds:.6}, \"file_bytes\": {}, \"mesh_bytes\": {}, \"vertices\": {}, \"triangles\": {}, \
-         \"spheres\": {}, \"materials\": {}}}",
+         \"spheres\": {}, \"materials\": {}, \"peak_bytes\": {}}}",
         sources.length(id),
         memory(&file),
         file.mesh.positions.len(),
         file.mesh.indices.len(),
         file.spheres.len(),
         file.materials.len(),
+        peak_memory().map_or("null".to_owned(), |bytes| bytes.to_string()),
     );
     true
 }

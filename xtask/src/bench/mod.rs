@@ -1,6 +1,7 @@
 //! `cargo xtask bench`: how fast, beside others.
 
 mod inputs;
+mod load;
 mod ply;
 mod scenes;
 
@@ -11,6 +12,7 @@ const HELP: &str = "\
 How fast Etendue is, beside others; docs/performance.md has the results.
 
   cargo xtask bench scenes         the scenes of the benchmark with their meshes, in target/bench/scenes
+  cargo xtask bench load           reading meshes, and starting up; `cargo xtask bench load --help` tells more
 
 The environment variable ETENDUE_BENCH_DIR names another folder than target/bench.
 ";
@@ -19,6 +21,7 @@ The environment variable ETENDUE_BENCH_DIR names another folder than target/benc
 pub fn run(arguments: &[&str]) -> bool {
     let done = match arguments {
         ["scenes"] => scenes::make(scenes::NAMES).map(|()| println!("{}", scenes::place().display())),
+        ["load", rest @ ..] => load::run(rest),
         [] | ["--help" | "-h" | "help"] => {
             print!("{HELP}");
             Ok(())

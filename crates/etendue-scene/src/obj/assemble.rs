@@ -13,6 +13,7 @@ use crate::{
     vertex_colors::{self, WHITE},
 };
 use etendue::scene::Mesh;
+use etendue_accel::zeroed_shared;
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -350,7 +351,7 @@ fn mesh_colors(mut colors: Vec<[f32; 4]>, used: &[u32]) -> Option<Arc<[[f32; 4]]
 
 /// The triangles of all pieces, each of which is given back once it is copied.
 fn joined(pieces: Vec<Vec<[u32; 3]>>, count: usize) -> Arc<[[u32; 3]]> {
-    let mut all: Arc<[[u32; 3]]> = (0..count).map(|_| [0; 3]).collect();
+    let mut all: Arc<[[u32; 3]]> = zeroed_shared(count);
     let mut at = 0;
     if let Some(all) = Arc::get_mut(&mut all) {
         for piece in pieces {

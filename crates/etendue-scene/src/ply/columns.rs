@@ -2,13 +2,14 @@
 
 use super::{
     elements::{COLUMNS, channel_scales},
-    fixed::{Field, bytes, unique, zeros},
+    fixed::{Field, bytes, unique},
     header::{Element, Kind, Scalar},
 };
 use crate::{
     positions::{Bounds, unit_normal, usable},
     vertex_colors::{self, WHITE},
 };
+use etendue_accel::zeroed_shared;
 use glam::DVec3;
 use std::sync::{
     Arc,
@@ -81,10 +82,10 @@ impl Columns {
     /// Arrays for so many vertices.
     pub fn allocate(&self, count: usize) -> Arrays {
         Arrays {
-            positions: zeros(count),
-            normals: self.normals.map(|_| zeros(count)),
-            uvs: self.uvs.map(|_| zeros(count)),
-            colors: self.colors.as_ref().map(|_| zeros(count)),
+            positions: zeroed_shared(count),
+            normals: self.normals.map(|_| zeroed_shared(count)),
+            uvs: self.uvs.map(|_| zeroed_shared(count)),
+            colors: self.colors.as_ref().map(|_| zeroed_shared(count)),
         }
     }
 

@@ -19,6 +19,7 @@ use crate::{
     text::Tally,
 };
 use etendue::scene::Mesh;
+use etendue_accel::zeroed_shared;
 use glam::DVec3;
 use std::{
     io,
@@ -62,7 +63,8 @@ impl Field {
 /// `N` bytes, the least significant first.
 #[inline(always)]
 pub(super) fn bytes<const N: usize, const BIG: bool>(record: &[u8], at: usize) -> [u8; N] {
-    let mut bytes: [u8; N] = std::array::from_fn(|i| record[at + i]);
+    let mut bytes = [0; N];
+    bytes.copy_from_slice(&record[at..at + N]);
     if BIG {
         bytes.reverse();
     }
@@ -271,13 +273,9 @@ fn decode<const BIG: bool>(
     report: &mut dyn FnMut(Repair, usize, &str),
 ) -> Result<Mesh, Halt> {
     let Plan { vertices, columns, faces, .. } = plan;
-    let (mut arrays, (mut indices, used)) = parallel::both(
-        || columns.allocate(vertices.count),
-        || {
-            let used: Vec<AtomicBool> = (0..vertices.count).map(|_| AtomicBool::new(false)).collect();
-            (zeros::<[u32; 3]>(faces.records.count), used)
-        },
-    );
+    let mut arrays = columns.allocate(vertices.count);
+    let mut indices = zeroed_shared::<[u32; 3]>(faces.records.count);
+    let used: Vec<AtomicBool> = (0..vertices.count).map(|_| AtomicBool::new(false)).collect();
     let threads = parallel::threads(vertices.blocks() + faces.records.blocks());
     let vertex_jobs = columns.split(&mut arrays, vertices.a_block());
     let vertex_jobs = vertex_jobs.map(|(first, arrays)| Job::Vertices { first, arrays });
@@ -343,11 +341,6 @@ fn decode<const BIG: bool>(
     })
 }
 
-/// Zeros, which others may share once they are written.
-pub(super) fn zeros<T: Default + Clone>(count: usize) -> Arc<[T]> {
-    std::iter::repeat_n(T::default(), count).collect()
-}
-
 /// The values of an array that nothing shares yet.
 pub(super) fn unique<T>(array: &mut Arc<[T]>) -> &mut [T] {
     Arc::get_mut(array).unwrap_or_default()
@@ -364,13 +357,13 @@ impl Faces {
     fn decode<const BIG: bool>(&self, block: &[u8], out: &mut [[u32; 3]], used: &[AtomicBool]) -> Option<usize> {
         match self.kind {
             Scalar::I32 | Scalar::U32 => self.decode_with(block, out, used, |record| {
-                let at = self.corner;
-                [0, 4, 8].map(|i| u32::from_le_bytes(bytes::<4, BIG>(record, at + i)))
+                let corner = |i| u32::from_le_bytes(bytes::<4, BIG>(record, self.corner + i));
+                [corner(0), corner(4), corner(8)]
             }),
             kind => self.decode_with(block, out, used, |record| {
                 // Below zero is beyond every vertex.
                 let corner = |i| Field { at: self.corner + i * kind.size(), kind }.of::<BIG>(record);
-                [0, 1, 2].map(|i| corner(i) as i32 as u32)
+                [corner(0) as i32 as u32, corner(1) as i32 as u32, corner(2) as i32 as u32]
             }),
         }
         .filter(|_| self.lists_are_alike::<BIG>(block))
