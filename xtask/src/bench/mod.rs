@@ -1,8 +1,13 @@
 //! `cargo xtask bench`: how fast, beside others.
 
 mod inputs;
+mod peers;
+mod picture;
 mod ply;
+mod render;
+mod report;
 mod scenes;
+mod statistics;
 
 use crate::root;
 use std::path::PathBuf;
@@ -10,6 +15,9 @@ use std::path::PathBuf;
 const HELP: &str = "\
 How fast Etendue is, beside others; docs/performance.md has the results.
 
+  cargo xtask bench render         seconds to an error, all renderers in turns; `--help` tells more
+  cargo xtask bench page           the tables and plots of docs/performance.md from the kept results
+  cargo xtask bench install        the rivals, from PyPI into target/bench
   cargo xtask bench scenes         the scenes of the benchmark with their meshes, in target/bench/scenes
 
 The environment variable ETENDUE_BENCH_DIR names another folder than target/bench.
@@ -18,6 +26,9 @@ The environment variable ETENDUE_BENCH_DIR names another folder than target/benc
 /// Runs a subcommand. An error is told.
 pub fn run(arguments: &[&str]) -> bool {
     let done = match arguments {
+        ["render", rest @ ..] => render::run(rest),
+        ["page"] => report::page(),
+        ["install"] => peers::PEERS.iter().try_for_each(peers::Peer::install),
         ["scenes"] => scenes::make(scenes::NAMES).map(|()| println!("{}", scenes::place().display())),
         [] | ["--help" | "-h" | "help"] => {
             print!("{HELP}");
