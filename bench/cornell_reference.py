@@ -6,13 +6,14 @@
 """
 
 import argparse
+import os
 import pathlib
 import sys
 
-import rival
-
-SCENE = rival.ROOT / "scenes" / "cornell-box.toml"
-DATA = rival.ROOT / "bench" / "data" / "cornell-box-mitsuba.json"
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BENCH_DIR = pathlib.Path(os.environ.get("ETENDUE_BENCH_DIR", ROOT / "target" / "bench"))
+SCENE = ROOT / "scenes" / "cornell-box.toml"
+DATA = ROOT / "bench" / "data" / "cornell-box-mitsuba.json"
 SIZE = (512, 512)
 GRID = (32, 32)
 MAX_DEPTH = 8
@@ -36,9 +37,22 @@ def arguments():
     return options
 
 
-def render(options, mi, np, tiles, kept):
+def enter():
+    """Continue this program in Mitsuba's virtual environment; ends with instructions if there is none."""
+    home = BENCH_DIR / "mitsuba"
+    if pathlib.Path(sys.prefix).resolve() != home.resolve():
+        python = home / "bin" / "python"
+        if not python.exists():
+            sys.exit("Mitsuba is not there: `cargo xtask bench install` installs it")
+        sys.stdout.flush()
+        os.execv(python, [str(python), *sys.argv])
+    sys.path.insert(0, str(ROOT / "bench" / "peers"))
+
+
+def render(options, rival, np, tiles, kept):
     """Tile means of every part, and the mean picture. What is done so far is kept in a file, so that a long run that
     was interrupted goes on where it stopped."""
+    mi = rival.start(options.variant, options.threads)
     renderer = rival.Renderer(mi, SCENE, SIZE, MAX_DEPTH)
     parts, picture = [], np.zeros((SIZE[1], SIZE[0], 3))
     if kept.exists():
@@ -63,18 +77,20 @@ def render(options, mi, np, tiles, kept):
 
 def main():
     options = arguments()
-    rival.enter()
-    cache = rival.fresh_kernel_cache()
-    mi = rival.load(options.variant, options.threads)
-    import mitsuba_scene
+    enter()
     import numpy as np
+    import scene
     import tiles
+    import with_mitsuba as rival
 
-    scene_digest = mitsuba_scene.digest(mitsuba_scene.read(SCENE))
+    cache = rival.fresh_kernel_cache()
+    scene_digest = scene.digest(scene.read_toml(SCENE))
     name = f"cornell-{scene_digest[:12]}-{options.variant}-{options.spp}-{options.seed}-{options.parts}.npz"
-    parts, picture = render(options, mi, np, tiles, rival.BENCH_DIR / name)
+    parts, picture = render(options, rival, np, tiles, BENCH_DIR / name)
     cache.cleanup()
     if options.picture:
+        import mitsuba as mi
+
         mi.util.write_bitmap(str(options.picture), picture.astype(np.float32))
     mean, error = tiles.mean_and_error(parts)
     image_mean, image_error = tiles.mean_and_error(parts.mean(axis=(1, 2)))

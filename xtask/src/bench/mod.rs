@@ -2,8 +2,13 @@
 
 mod inputs;
 mod load;
+mod peers;
+mod picture;
 mod ply;
+mod render;
+mod report;
 mod scenes;
+mod statistics;
 
 use crate::root;
 use std::path::PathBuf;
@@ -11,8 +16,11 @@ use std::path::PathBuf;
 const HELP: &str = "\
 How fast Etendue is, beside others; docs/performance.md has the results.
 
-  cargo xtask bench scenes         the scenes of the benchmark with their meshes, in target/bench/scenes
+  cargo xtask bench render         seconds to an error, all renderers in turns; `--help` tells more
+  cargo xtask bench page           the tables and plots of docs/performance.md from the kept results
   cargo xtask bench load           reading meshes, and starting up; `cargo xtask bench load --help` tells more
+  cargo xtask bench install        the rivals, from PyPI into target/bench
+  cargo xtask bench scenes         the scenes of the benchmark with their meshes, in target/bench/scenes
 
 The environment variable ETENDUE_BENCH_DIR names another folder than target/bench.
 ";
@@ -20,8 +28,11 @@ The environment variable ETENDUE_BENCH_DIR names another folder than target/benc
 /// Runs a subcommand. An error is told.
 pub fn run(arguments: &[&str]) -> bool {
     let done = match arguments {
-        ["scenes"] => scenes::make(scenes::NAMES).map(|()| println!("{}", scenes::place().display())),
+        ["render", rest @ ..] => render::run(rest),
+        ["page"] => report::page(),
         ["load", rest @ ..] => load::run(rest),
+        ["install"] => peers::PEERS.iter().try_for_each(peers::Peer::install),
+        ["scenes"] => scenes::make(scenes::NAMES).map(|()| println!("{}", scenes::place().display())),
         [] | ["--help" | "-h" | "help"] => {
             print!("{HELP}");
             Ok(())

@@ -3,7 +3,7 @@
 mod dragon_file;
 pub mod inputs;
 mod page;
-mod program;
+pub mod program;
 mod thumbnail;
 
 use crate::root;

@@ -33,6 +33,11 @@ impl Program {
         messages.lines().filter_map(executable).next_back().map(Self).ok_or_else(|| "cargo names no program".to_owned())
     }
 
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
     /// Renders a scene file to a picture and returns what the program tells of it.
     pub fn render(&self, scene: &Path, picture: &Path, quick: bool) -> Result<Value, String> {
         let mut command = Command::new(&self.0);
