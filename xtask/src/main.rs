@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod bench;
 mod gallery;
 mod hygiene;
 mod prove;
@@ -21,6 +22,7 @@ The project's own chores.
   cargo xtask prove         lists the names
   cargo xtask prove all     all of them
   cargo xtask gallery       the paper's figures; `cargo xtask gallery --help` tells more
+  cargo xtask bench         how fast, beside others; `cargo xtask bench --help` tells more
 ";
 
 fn main() -> ExitCode {
@@ -28,6 +30,7 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let ok = match args[..] {
         ["test"] => test::run(),
+        ["bench", ref rest @ ..] => bench::run(rest),
         ["gallery", ref rest @ ..] => gallery::run(rest),
         ["prove"] => prove::list(),
         ["prove", name] if !name.starts_with('-') => prove::run(name),
