@@ -59,6 +59,9 @@ struct Options {
     /// Only the meshes whose names contain one of these
     #[arg(long, value_delimiter = ',')]
     meshes: Vec<String>,
+    /// Only the contenders whose names contain one of these
+    #[arg(long, value_delimiter = ',')]
+    contenders: Vec<String>,
     /// Also slices of other sizes
     #[arg(long)]
     slices: bool,
@@ -164,6 +167,7 @@ fn measure_rays(options: &Options, report: &mut Report) -> Result<(), String> {
                             .map(|c| Contender { name: format!("{}, high quality", c.name), run: c.run }),
                     );
                 }
+                all.retain(|contender| wanted(&options.contenders, &contender.name));
                 let seconds = turns::take(&all, options.turns);
                 let names: Vec<String> = all.iter().map(|c| c.name.clone()).collect();
                 report.rays(&mesh, set, threads, rays.len(), &names, &seconds);

@@ -56,8 +56,8 @@ impl Report {
         seconds: &[Vec<f64>],
     ) {
         let of = |name: &str| names.iter().position(|n| n == name);
-        let (Some(ours), Some(single)) = (of(OURS), of(EMBREE[0])) else { return };
-        println!("  {threads} thread(s){:25} Mrays/s        ns   times {}", "", EMBREE[0]);
+        let Some(single) = of(EMBREE[0]).or(if names.is_empty() { None } else { Some(0) }) else { return };
+        println!("  {threads} thread(s){:25} Mrays/s        ns   times {}", "", names[single]);
         for (name, times) in names.iter().zip(seconds) {
             let median = Median::of(times);
             let ratio = ratio(&seconds[single], times);
@@ -66,6 +66,7 @@ impl Report {
             self.rows.push(json!({"mesh": mesh.name, "set": set.name(), "threads": threads, "name": name,
                 "mrays": speed, "nanoseconds": cost, "ratio": [ratio.low, ratio.value, ratio.high], "seconds": times}));
         }
+        let Some(ours) = of(OURS) else { return };
         if threads == 1 {
             self.growth.push((mesh.indices().len(), Median::of(&seconds[ours]).value / count as f64 * 1e9));
         }
