@@ -104,13 +104,13 @@ impl Accelerator {
     /// Checks the world and builds the structure on `threads` threads (0: as many as there are processors). The
     /// structure does not depend on their number. The world's arrays are shared, not copied.
     pub fn build(world: &World, kind: AcceleratorKind, isa: Isa, threads: usize) -> Result<Self, BuildError> {
-        items::check(world)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|index| format!("build-{index}"))
             .build()
             .map_err(|error| BuildError::Threads { threads, reason: error.to_string() })?;
-        let (structure, bounds) = pool.install(|| Self::structure(world, kind, isa))?;
+        let (structure, bounds) =
+            pool.install(|| items::check(world).and_then(|()| Self::structure(world, kind, isa)))?;
         Ok(Self { world: world.clone(), structure, bounds, isa })
     }
 

@@ -1,6 +1,8 @@
 //! Checks a world and lists what the structures are built over: the top level (untransformed primitives and transformed
 //! instances together) and one bottom level per geometry that a transformed instance uses.
 
+use rayon::prelude::*;
+
 use crate::bounds::Bounds;
 use crate::error::{BuildError, limited, room};
 use crate::geometry::{Geometry, Instance, Sphere, Transform, TriangleMesh, World};
@@ -17,14 +19,50 @@ pub(crate) enum ItemKind {
     Instance,
 }
 
-/// One thing in a structure, with a box in the structure's space.
+/// One thing in a structure: a box in the structure's space, and an id whose halves fill the vectors up.
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item {
-    pub bounds: Bounds,
-    pub kind: ItemKind,
-    /// In a bottom level the instance is 0.
-    pub id: PrimitiveId,
+    /// Smallest coordinates, and the bits of the id's instance, which is 0 in a bottom level.
+    pub low: [f32; 4],
+    /// Largest coordinates, and the bits of the id's primitive.
+    pub high: [f32; 4],
 }
+
+impl Item {
+    #[inline(always)]
+    pub fn new(bounds: &Bounds, id: PrimitiveId) -> Self {
+        let ([a, b, c], [d, e, f]) = (bounds.min, bounds.max);
+        Self { low: [a, b, c, f32::from_bits(id.instance)], high: [d, e, f, f32::from_bits(id.primitive)] }
+    }
+
+    #[inline(always)]
+    pub fn bounds(&self) -> Bounds {
+        let ([a, b, c, _], [d, e, f, _]) = (self.low, self.high);
+        Bounds { min: [a, b, c], max: [d, e, f] }
+    }
+
+    #[inline(always)]
+    pub fn id(&self) -> PrimitiveId {
+        PrimitiveId { instance: self.low[3].to_bits(), primitive: self.high[3].to_bits() }
+    }
+
+    /// Twice the middle; the last number means nothing.
+    #[inline(always)]
+    pub fn middle(&self) -> [f32; 4] {
+        std::array::from_fn(|a| self.low[a] + self.high[a])
+    }
+}
+
+/// The box around items.
+pub(crate) fn bounds_of(items: &[Item]) -> Bounds {
+    let part = |part: &[Item]| part.iter().fold(Bounds::EMPTY, |bounds, item| bounds.join(&item.bounds()));
+    let parts: Vec<Bounds> = items.par_chunks(PART).map(part).collect();
+    parts.iter().fold(Bounds::EMPTY, |a, b| a.join(b))
+}
+
+/// Items that a thread works on at once.
+const PART: usize = 1 << 14;
 
 /// A transform's scale is at most this or its reciprocal, so that directions of about unit length stay in range.
 const SCALE_LIMIT: f32 = (1_u64 << 38) as f32;
@@ -94,16 +132,19 @@ fn in_range(x: f32) -> bool {
 }
 
 fn check_mesh(geometry: usize, mesh: &TriangleMesh) -> Result<(), BuildError> {
-    if let Some(vertex) = mesh.positions.iter().position(|p| !p.iter().all(|&x| in_range(x))) {
+    let bad = |p: &[f32; 3]| !p.iter().all(|&x| in_range(x));
+    if let Some(vertex) = mesh.positions.par_iter().with_min_len(PART).position_first(bad) {
         return Err(BuildError::Position { geometry, vertex, position: mesh.positions[vertex] });
     }
     let vertices = mesh.positions.len();
-    for (face, corners) in mesh.indices.iter().enumerate() {
-        if let Some(&index) = corners.iter().find(|&&i| i as usize >= vertices) {
-            return Err(BuildError::Index { geometry, face, index, vertices });
+    let bad = |corners: &[u32; 3]| corners.iter().any(|&i| i as usize >= vertices);
+    match mesh.indices.par_iter().with_min_len(PART).position_first(bad) {
+        Some(face) => {
+            let index = mesh.indices[face].into_iter().find(|&i| i as usize >= vertices).unwrap_or_default();
+            Err(BuildError::Index { geometry, face, index, vertices })
         }
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn check_spheres(geometry: usize, spheres: &[Sphere]) -> Result<(), BuildError> {
@@ -150,7 +191,7 @@ pub(crate) fn object_bounds(world: &World) -> Vec<Option<Bounds>> {
 
 /// The pad of the top level.
 pub(crate) fn top_padding(world: &World, items: &[Item], object_bounds: &[Option<Bounds>]) -> Padding {
-    let bounds = items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.join(&item.bounds));
+    let bounds = bounds_of(items);
     let placed = world
         .instances
         .iter()
@@ -179,7 +220,7 @@ pub(crate) fn of_top(world: &World, object_bounds: &[Option<Bounds>]) -> Result<
                     return Err(BuildError::Transform { instance: index, reason: "moves the geometry beyond 2^50" });
                 }
                 let id = PrimitiveId { instance: index as u32, primitive: 0 };
-                items.push(Item { bounds, kind: ItemKind::Instance, id });
+                items.push(Item::new(&bounds, id));
             }
         }
     }
@@ -189,21 +230,19 @@ pub(crate) fn of_top(world: &World, object_bounds: &[Option<Bounds>]) -> Result<
 /// The box around the top level's items.
 pub(crate) fn world_bounds(world: &World) -> Result<Bounds, BuildError> {
     let items = of_top(world, &object_bounds(world))?;
-    Ok(items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.join(&item.bounds)))
+    Ok(bounds_of(&items))
 }
 
 fn push_primitives(geometry: &Geometry, instance: u32, items: &mut Vec<Item>) {
     let id = |primitive: usize| PrimitiveId { instance, primitive: primitive as u32 };
     match geometry {
-        Geometry::Triangles(mesh) => items.extend((0..mesh.indices.len()).map(|i| Item {
-            bounds: Bounds::of_points(mesh.corners(i)),
-            kind: ItemKind::Triangle,
-            id: id(i),
-        })),
-        Geometry::Spheres(spheres) => items.extend(spheres.iter().enumerate().map(|(i, s)| Item {
-            bounds: sphere_bounds(s),
-            kind: ItemKind::Sphere,
-            id: id(i),
-        })),
+        Geometry::Triangles(mesh) => {
+            let item = |i: usize| Item::new(&Bounds::of_points(mesh.corners(i)), id(i));
+            items.par_extend((0..mesh.indices.len()).into_par_iter().with_min_len(PART).map(item));
+        }
+        Geometry::Spheres(spheres) => {
+            let item = |(i, sphere): (usize, &Sphere)| Item::new(&sphere_bounds(sphere), id(i));
+            items.par_extend(spheres.par_iter().enumerate().with_min_len(PART).map(item));
+        }
     }
 }

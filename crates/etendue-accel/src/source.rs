@@ -1,6 +1,7 @@
 //! Where the primitives of a level come from, in whichever form a structure stores them.
 
-use crate::geometry::{Geometry, Sphere, World};
+use crate::geometry::{Geometry, Instance, Sphere, World};
+use crate::items::ItemKind;
 use crate::ray::PrimitiveId;
 
 /// Where the primitives of a level come from.
@@ -18,10 +19,31 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// The mask of the instance of an item; all ones below an instance, whose own mask is checked when it is entered.
     pub fn mask(self, id: PrimitiveId) -> u32 {
         match self {
             Self::Top(world) => world.instances[id.instance as usize].mask,
             Self::Geometry(_) => u32::MAX,
+        }
+    }
+
+    /// What an item is.
+    pub fn kind(self, id: PrimitiveId) -> ItemKind {
+        match self {
+            Self::Top(world) => kind_of(world, &world.instances[id.instance as usize]),
+            Self::Geometry(geometry) => kind_of_primitives(geometry),
+        }
+    }
+
+    /// What all items are, `None` if there are several kinds.
+    pub fn sole_kind(self) -> Option<ItemKind> {
+        match self {
+            Self::Top(world) => {
+                let mut kinds = world.instances.iter().map(|instance| kind_of(world, instance));
+                let first = kinds.next()?;
+                kinds.all(|kind| kind == first).then_some(first)
+            }
+            Self::Geometry(geometry) => Some(kind_of_primitives(geometry)),
         }
     }
 
@@ -47,5 +69,19 @@ impl<'a> Source<'a> {
             Self::Top(world) => world.instances[id.instance as usize].geometry,
             Self::Geometry(_) => 0,
         }
+    }
+}
+
+fn kind_of(world: &World, instance: &Instance) -> ItemKind {
+    match instance.transform {
+        None => kind_of_primitives(&world.geometries[instance.geometry as usize]),
+        Some(_) => ItemKind::Instance,
+    }
+}
+
+fn kind_of_primitives(geometry: &Geometry) -> ItemKind {
+    match geometry {
+        Geometry::Triangles(_) => ItemKind::Triangle,
+        Geometry::Spheres(_) => ItemKind::Sphere,
     }
 }

@@ -198,6 +198,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 aperture: Aperture::Round,
                 focus_distance: 1.0,
             },
+            near_clip: 0.0,
         };
         let mut settings =
             RenderSettings { spp, max_depth: Some(8), filter: Filter::Box { radius: 0.5 }, ..Default::default() };

@@ -5,6 +5,7 @@ mod load;
 mod peers;
 mod picture;
 mod ply;
+mod rays;
 mod render;
 mod report;
 mod scenes;
@@ -18,6 +19,10 @@ How fast Etendue is, beside others; docs/performance.md has the results.
 
   cargo xtask bench render         seconds to an error, all renderers in turns; `--help` tells more
   cargo xtask bench page           the tables and plots of docs/performance.md from the kept results
+  cargo xtask bench rays           sets of rays through a dragon and a small mesh, beside Embree
+  cargo xtask bench build          building and memory of the same meshes, beside Embree
+  cargo xtask bench scaling        the cost of a ray from ten thousand to ten million faces, beside Embree
+                                   Options of these three: `cargo xtask bench rays --help`
   cargo xtask bench load           reading meshes, and starting up; `cargo xtask bench load --help` tells more
   cargo xtask bench install        the rivals, from PyPI into target/bench
   cargo xtask bench scenes         the scenes of the benchmark with their meshes, in target/bench/scenes
@@ -30,6 +35,7 @@ pub fn run(arguments: &[&str]) -> bool {
     let done = match arguments {
         ["render", rest @ ..] => render::run(rest),
         ["page"] => report::page(),
+        [what @ ("rays" | "build" | "scaling"), options @ ..] => rays::run(what, options),
         ["load", rest @ ..] => load::run(rest),
         ["install"] => peers::PEERS.iter().try_for_each(peers::Peer::install),
         ["scenes"] => scenes::make(scenes::NAMES).map(|()| println!("{}", scenes::place().display())),

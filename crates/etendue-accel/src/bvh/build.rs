@@ -2,13 +2,16 @@
 //!
 //! (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007.)
 
+use bytemuck::Zeroable;
 use rayon::prelude::*;
 
 use super::node::{Child, LANES};
-use crate::bounds::Bounds;
-use crate::error::{BuildError, room};
+use crate::bounds::{Bounds, greatest, least};
+use crate::error::BuildError;
 use crate::items::{Item, ItemKind};
+use crate::source::Source;
 
+/// Most bins of an axis.
 const BINS: usize = 32;
 
 /// Cost of a binary split relative to a pack test: a third of an 8-wide node, as each absorbs three levels.
@@ -24,7 +27,7 @@ const PARALLEL_BINNING: usize = 1 << 16;
 const DEPTH_LIMIT: u32 = 60;
 
 /// A node of the binary tree over a range of the reordered items. The left child follows its parent.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 pub(crate) struct BinaryNode {
     pub bounds: Bounds,
     /// Distance to the right child; 0 for a leaf.
@@ -36,208 +39,305 @@ pub(crate) struct BinaryNode {
 }
 
 impl BinaryNode {
-    const UNUSED: Self = Self { bounds: Bounds::EMPTY, right: 0, first: 0, count: 0 };
-
     pub fn is_leaf(&self) -> bool {
         self.right == 0
     }
 }
 
-/// Builds the tree, reordering the items; at least one item. The root comes first. A subtree of n items has 2n - 1 places,
-/// of which it may leave some unused, so that places do not depend on the order in which threads finish.
-pub(crate) fn build(items: &mut [Item]) -> Result<Vec<BinaryNode>, BuildError> {
+/// Builds the tree, reordering the items; at least one item. The root comes first. A subtree of n items has 2n - 1 places;
+/// where threads may share the work, so many are set aside, so that places do not depend on who finishes first.
+pub(crate) fn build(items: &mut [Item], source: Source<'_>) -> Result<Vec<BinaryNode>, BuildError> {
     let places = 2 * items.len() - 1;
-    let mut nodes = room("tree nodes", places)?;
-    nodes.resize(places, BinaryNode::UNUSED);
-    subdivide(items, &mut nodes, 0, 0);
+    let bytes = (places * size_of::<BinaryNode>()) as u64;
+    // Zeroed by the system: what is not used costs nothing.
+    let mut nodes = bytemuck::try_zeroed_vec(places).map_err(|()| BuildError::Memory { what: "tree nodes", bytes })?;
+    let builder = Builder { source, sole_kind: source.sole_kind() };
+    let measure = Measure::of(items);
+    builder.subdivide(items, &mut nodes, &measure, 0, 0);
     Ok(nodes)
 }
 
-fn subdivide(items: &mut [Item], nodes: &mut [BinaryNode], first: u32, depth: u32) {
-    let measure = Measure::of(items);
-    let (node, below) = match nodes.split_first_mut() {
-        Some(split) => split,
-        None => return,
-    };
-    *node = BinaryNode { bounds: measure.bounds, right: 0, first, count: items.len() as u32 };
-    let Some(middle) = partition(items, &measure, depth) else { return };
-    let left_places = 2 * middle - 1;
-    node.right = 1 + left_places as u32;
-    let parallel = items.len() > PARALLEL_ITEMS;
-    let (left_items, right_items) = items.split_at_mut(middle);
-    let (left_nodes, right_nodes) = below.split_at_mut(left_places);
-    let right_first = first + middle as u32;
-    let mut left = || subdivide(left_items, left_nodes, first, depth + 1);
-    let mut right = || subdivide(right_items, right_nodes, right_first, depth + 1);
-    if parallel {
-        rayon::join(left, right);
-    } else {
-        left();
-        right();
-    }
+struct Builder<'a> {
+    source: Source<'a>,
+    /// What all items are, if that is known.
+    sole_kind: Option<ItemKind>,
 }
 
-/// Reorders the items into two sets that are not empty and gives the size of the first; `None` for a leaf.
-fn partition(items: &mut [Item], measure: &Measure, depth: u32) -> Option<usize> {
-    let count = items.len();
-    if count == 1 {
-        return None;
-    }
-    let leaf_possible = is_leaf_possible(items);
-    let halves_only = depth + count.ilog2() + 1 >= DEPTH_LIMIT;
-    if halves_only && leaf_possible {
-        return None;
-    }
-    if halves_only {
-        return Some(halve(items, measure));
-    }
-    match best_split(items, measure) {
-        Some(split) => {
-            let leaf_cost = packs(count) * measure.bounds.half_area();
-            if leaf_possible && leaf_cost <= split.cost + SPLIT_COST * measure.bounds.half_area() {
-                return None;
-            }
-            let binning = Binning::new(&measure.middles);
-            Some(split_in_place(items, |item| binning.bin(item, split.axis) < split.bin))
+impl Builder<'_> {
+    /// Builds a subtree whose items have a measure; how many places are used.
+    fn subdivide(
+        &self,
+        items: &mut [Item],
+        nodes: &mut [BinaryNode],
+        measure: &Measure,
+        first: u32,
+        depth: u32,
+    ) -> usize {
+        let Some((node, below)) = nodes.split_first_mut() else { return 0 };
+        *node = BinaryNode { bounds: measure.bounds.bounds(), right: 0, first, count: items.len() as u32 };
+        let Some(Parts { middle, measures: [left_measure, right_measure] }) = self.partition(items, measure, depth)
+        else {
+            return 1;
+        };
+        let parallel = items.len() > PARALLEL_ITEMS;
+        let (left_items, right_items) = items.split_at_mut(middle);
+        let right_first = first + middle as u32;
+        if !parallel {
+            let left = self.subdivide(left_items, below, &left_measure, first, depth + 1);
+            node.right = 1 + left as u32;
+            let right = self.subdivide(right_items, &mut below[left..], &right_measure, right_first, depth + 1);
+            return 1 + left + right;
         }
-        None if leaf_possible => None,
-        None => Some(halve(items, measure)),
+        let places = 2 * middle - 1;
+        node.right = 1 + places as u32;
+        let (left_nodes, right_nodes) = below.split_at_mut(places);
+        let (_, right) = rayon::join(
+            || self.subdivide(left_items, left_nodes, &left_measure, first, depth + 1),
+            || self.subdivide(right_items, right_nodes, &right_measure, right_first, depth + 1),
+        );
+        1 + places + right
     }
-}
 
-/// A leaf holds one kind, and not too many.
-fn is_leaf_possible(items: &[Item]) -> bool {
-    let limit = match items[0].kind {
-        ItemKind::Triangle => LANES * Child::COUNT_LIMIT,
-        ItemKind::Sphere => Child::COUNT_LIMIT,
-        ItemKind::Instance => 1,
-    };
-    items.len() <= limit && items.iter().all(|item| item.kind == items[0].kind)
+    /// Reorders the items into two sets that are not empty; `None` for a leaf.
+    fn partition(&self, items: &mut [Item], measure: &Measure, depth: u32) -> Option<Parts> {
+        let count = items.len();
+        if count == 1 {
+            return None;
+        }
+        let leaf_possible = self.is_leaf_possible(items);
+        let halves_only = depth + count.ilog2() + 1 >= DEPTH_LIMIT;
+        if leaf_possible && (halves_only || count <= LANES) {
+            return None;
+        }
+        if halves_only {
+            return Some(self.halve(items, measure));
+        }
+        match best_split(items, measure) {
+            Some(split) => {
+                let area = measure.bounds.half_area();
+                if leaf_possible && packs(count) * area <= split.cost + SPLIT_COST * area {
+                    return None;
+                }
+                let binning = Binning::new(&measure.middles, count);
+                Some(split_in_place(items, |item| binning.bin_on(item, split.axis) < split.bin))
+            }
+            None if leaf_possible => None,
+            None => Some(self.halve(items, measure)),
+        }
+    }
+
+    fn kind(&self, item: &Item) -> ItemKind {
+        self.sole_kind.unwrap_or_else(|| self.source.kind(item.id()))
+    }
+
+    /// A leaf holds one kind, and not too many.
+    fn is_leaf_possible(&self, items: &[Item]) -> bool {
+        if items.len() > LANES * Child::COUNT_LIMIT {
+            return false;
+        }
+        let kind = self.kind(&items[0]);
+        let limit = match kind {
+            ItemKind::Triangle => LANES * Child::COUNT_LIMIT,
+            ItemKind::Sphere => Child::COUNT_LIMIT,
+            ItemKind::Instance => 1,
+        };
+        items.len() <= limit && (self.sole_kind.is_some() || items.iter().all(|item| self.kind(item) == kind))
+    }
+
+    /// Halves at the median of the longest axis; kinds are kept together where all else is equal.
+    fn halve(&self, items: &mut [Item], measure: &Measure) -> Parts {
+        let (axis, middle) = (measure.middles.bounds().longest_axis(), items.len() / 2);
+        let few = items.len() <= LANES * Child::COUNT_LIMIT;
+        if few && self.sole_kind.is_none() {
+            let first_kind = items.iter().map(|item| self.kind(item)).min();
+            let parts = split_in_place(items, |item| Some(self.kind(item)) == first_kind);
+            if parts.middle < items.len() {
+                return parts;
+            }
+        }
+        items.select_nth_unstable_by(middle, |a, b| {
+            let (x, y) = (a.middle()[axis], b.middle()[axis]);
+            x.total_cmp(&y).then(self.kind(a).cmp(&self.kind(b))).then(a.id().cmp(&b.id()))
+        });
+        let (left, right) = items.split_at(middle);
+        Parts { middle, measures: [Measure::of(left), Measure::of(right)] }
+    }
 }
 
 fn packs(count: usize) -> f32 {
     count.div_ceil(LANES) as f32
 }
 
-/// Halves at the median of the longest axis; kinds are kept together where all else is equal.
-fn halve(items: &mut [Item], measure: &Measure) -> usize {
-    let (axis, middle) = (measure.middles.longest_axis(), items.len() / 2);
-    let few = items.len() <= LANES * Child::COUNT_LIMIT;
-    if few && let Some(first) = split_by_kind(items) {
-        return first;
-    }
-    items.select_nth_unstable_by(middle, |a, b| {
-        let (x, y) = (a.bounds.middle()[axis], b.bounds.middle()[axis]);
-        x.total_cmp(&y).then(a.kind.cmp(&b.kind)).then(a.id.cmp(&b.id))
-    });
-    middle
+/// How items were divided.
+struct Parts {
+    /// The size of the first set.
+    middle: usize,
+    measures: [Measure; 2],
 }
 
-fn split_by_kind(items: &mut [Item]) -> Option<usize> {
-    let first_kind = items.iter().map(|item| item.kind).min()?;
-    let size = split_in_place(items, |item| item.kind == first_kind);
-    (size < items.len()).then_some(size)
-}
-
-/// Moves the items that satisfy a condition to the front; their number.
-fn split_in_place(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
+/// Moves the items that satisfy a condition to the front, measuring both sets.
+#[inline(always)]
+fn split_in_place(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> Parts {
+    let mut measures = [Measure::EMPTY; 2];
     let (mut low, mut high) = (0, items.len());
     while low < high {
-        if is_first(&items[low]) {
+        let item = items[low];
+        if is_first(&item) {
+            measures[0].add(&item);
             low += 1;
         } else {
+            measures[1].add(&item);
             high -= 1;
             items.swap(low, high);
         }
     }
-    low
+    Parts { middle: low, measures }
+}
+
+/// A box in vectors of four; the last lanes mean nothing.
+#[derive(Clone, Copy)]
+struct Box4 {
+    low: [f32; 4],
+    high: [f32; 4],
+}
+
+impl Box4 {
+    const EMPTY: Self = Self { low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
+
+    #[inline(always)]
+    fn join(&self, low: &[f32; 4], high: &[f32; 4]) -> Self {
+        Self {
+            low: std::array::from_fn(|i| least(self.low[i], low[i])),
+            high: std::array::from_fn(|i| greatest(self.high[i], high[i])),
+        }
+    }
+
+    #[inline(always)]
+    fn half_area(&self) -> f32 {
+        let side: [f32; 4] = std::array::from_fn(|i| self.high[i] - self.low[i]);
+        side[0] * side[1] + side[1] * side[2] + side[2] * side[0]
+    }
+
+    fn bounds(&self) -> Bounds {
+        let ([x, y, z, _], [u, v, w, _]) = (self.low, self.high);
+        Bounds { min: [x, y, z], max: [u, v, w] }
+    }
 }
 
 /// The box around items and the box around their (doubled) middles.
 #[derive(Clone, Copy)]
 struct Measure {
-    bounds: Bounds,
-    middles: Bounds,
+    bounds: Box4,
+    middles: Box4,
 }
 
 impl Measure {
-    const EMPTY: Self = Self { bounds: Bounds::EMPTY, middles: Bounds::EMPTY };
+    const EMPTY: Self = Self { bounds: Box4::EMPTY, middles: Box4::EMPTY };
 
     fn of(items: &[Item]) -> Self {
+        let of_part = |part: &[Item]| {
+            let mut measure = Self::EMPTY;
+            part.iter().for_each(|item| measure.add(item));
+            measure
+        };
         if items.len() < PARALLEL_BINNING {
-            return items.iter().fold(Self::EMPTY, Self::with);
+            return of_part(items);
         }
-        let parts = items.par_chunks(PARALLEL_BINNING / 4).map(|part| part.iter().fold(Self::EMPTY, Self::with));
-        parts.reduce(
-            || Self::EMPTY,
-            |a, b| Self { bounds: a.bounds.join(&b.bounds), middles: a.middles.join(&b.middles) },
-        )
-    }
-
-    fn with(self, item: &Item) -> Self {
-        let middle = item.bounds.middle();
-        Self {
-            bounds: self.bounds.join(&item.bounds),
-            middles: self.middles.join(&Bounds { min: middle, max: middle }),
-        }
-    }
-}
-
-/// Which bin a middle falls into.
-#[derive(Clone, Copy)]
-struct Binning {
-    start: [f32; 3],
-    /// 0 on an axis where all middles are equal.
-    scale: [f32; 3],
-}
-
-impl Binning {
-    fn new(middles: &Bounds) -> Self {
-        let scale = std::array::from_fn(|a| {
-            let scale = BINS as f32 / (middles.max[a] - middles.min[a]);
-            if scale.is_finite() { scale } else { 0.0 }
-        });
-        Self { start: middles.min, scale }
+        // In order: which of 0 and -0 is the smaller depends on it.
+        let parts: Vec<Self> = items.par_chunks(PARALLEL_BINNING / 4).map(of_part).collect();
+        parts.iter().fold(Self::EMPTY, |a, b| Self {
+            bounds: a.bounds.join(&b.bounds.low, &b.bounds.high),
+            middles: a.middles.join(&b.middles.low, &b.middles.high),
+        })
     }
 
     #[inline(always)]
-    fn bin(&self, item: &Item, axis: usize) -> usize {
-        let middle = item.bounds.min[axis] + item.bounds.max[axis];
-        (((middle - self.start[axis]) * self.scale[axis]) as usize).min(BINS - 1)
+    fn add(&mut self, item: &Item) {
+        self.bounds = self.bounds.join(&item.low, &item.high);
+        let middle = item.middle();
+        self.middles = self.middles.join(&middle, &middle);
+    }
+}
+
+/// Which bin a middle falls into: the nearest of points at equal distances.
+#[derive(Clone, Copy)]
+struct Binning {
+    start: [f32; 4],
+    /// 0 on an axis where all middles are equal.
+    scale: [f32; 4],
+    bins: usize,
+}
+
+/// Added to a number of at most 22 bits, it leaves the nearest whole number in the lowest bits.
+const TO_WHOLE: f32 = (1 << 23) as f32;
+
+impl Binning {
+    fn new(middles: &Box4, count: usize) -> Self {
+        let bins = (8 + count / 16).min(BINS);
+        let scale = std::array::from_fn(|a| {
+            let scale = (bins - 1) as f32 / (middles.high[a] - middles.low[a]);
+            if a < 3 && scale.is_finite() { scale } else { 0.0 }
+        });
+        let [x, y, z, _] = middles.low;
+        Self { start: [x, y, z, 0.0], scale, bins }
+    }
+
+    #[inline(always)]
+    fn bins_of(&self, item: &Item) -> [usize; 3] {
+        let middle = item.middle();
+        let place: [u32; 4] =
+            std::array::from_fn(|a| ((middle[a] - self.start[a]) * self.scale[a] + TO_WHOLE).to_bits());
+        [0, 1, 2].map(|a| place[a] as usize % BINS)
+    }
+
+    #[inline(always)]
+    fn bin_on(&self, item: &Item, axis: usize) -> usize {
+        let middle = item.low[axis] + item.high[axis];
+        ((middle - self.start[axis]) * self.scale[axis] + TO_WHOLE).to_bits() as usize % BINS
+    }
+}
+
+#[derive(Clone)]
+struct Bins {
+    boxes: [[Box4; BINS]; 3],
+    counts: [[u32; BINS]; 3],
+}
+
+impl Bins {
+    const EMPTY: Self = Self { boxes: [[Box4::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] };
+
+    #[inline(always)]
+    fn clear(&mut self, used: usize) {
+        for axis in 0..3 {
+            self.boxes[axis][..used].fill(Box4::EMPTY);
+            self.counts[axis][..used].fill(0);
+        }
+    }
+
+    #[inline(always)]
+    fn fill(&mut self, items: &[Item], binning: &Binning) {
+        for item in items {
+            for (axis, bin) in binning.bins_of(item).into_iter().enumerate() {
+                let place = &mut self.boxes[axis][bin];
+                *place = place.join(&item.low, &item.high);
+                self.counts[axis][bin] += 1;
+            }
+        }
+    }
+
+    /// Minima, maxima and counts: the order of merging does not matter.
+    fn merge(mut self, other: &Self) -> Self {
+        for (a, b) in self.boxes.iter_mut().flatten().zip(other.boxes.iter().flatten()) {
+            *a = a.join(&b.low, &b.high);
+        }
+        for (a, b) in self.counts.iter_mut().flatten().zip(other.counts.iter().flatten()) {
+            *a += b;
+        }
+        self
     }
 }
 
 #[derive(Clone, Copy)]
-struct Bin {
-    bounds: Bounds,
-    count: usize,
-}
-
-type Bins = [[Bin; BINS]; 3];
-
-const EMPTY_BINS: Bins = [[Bin { bounds: Bounds::EMPTY, count: 0 }; BINS]; 3];
-
-fn fill_bins(items: &[Item], binning: &Binning) -> Bins {
-    let mut bins = EMPTY_BINS;
-    for item in items {
-        for (axis, bins) in bins.iter_mut().enumerate() {
-            let bin = &mut bins[binning.bin(item, axis)];
-            bin.bounds = bin.bounds.join(&item.bounds);
-            bin.count += 1;
-        }
-    }
-    bins
-}
-
-/// Minima, maxima and counts: the order of merging does not matter.
-fn merge_bins(mut a: Bins, b: Bins) -> Bins {
-    for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
-        a.bounds = a.bounds.join(&b.bounds);
-        a.count += b.count;
-    }
-    a
-}
-
 struct Split {
     axis: usize,
     /// The first bin of the second set.
@@ -248,31 +348,49 @@ struct Split {
 
 /// The cheapest split between bins; `None` if all middles fall into one bin on every axis.
 fn best_split(items: &[Item], measure: &Measure) -> Option<Split> {
-    let binning = Binning::new(&measure.middles);
-    let bins = if items.len() < PARALLEL_BINNING {
-        fill_bins(items, &binning)
-    } else {
-        let parts = items.par_chunks(PARALLEL_BINNING / 4).map(|part| fill_bins(part, &binning));
-        parts.reduce(|| EMPTY_BINS, merge_bins)
-    };
+    let binning = Binning::new(&measure.middles, items.len());
+    if items.len() < PARALLEL_BINNING {
+        thread_local! {
+            static BINS_OF_THREAD: std::cell::RefCell<Bins> = const { std::cell::RefCell::new(Bins::EMPTY) };
+        }
+        return BINS_OF_THREAD.with_borrow_mut(|bins| {
+            bins.clear(binning.bins);
+            bins.fill(items, &binning);
+            cheapest(bins, &binning)
+        });
+    }
+    let parts = items.par_chunks(PARALLEL_BINNING / 4).map(|part| {
+        let mut bins = Bins::EMPTY;
+        bins.fill(part, &binning);
+        bins
+    });
+    let bins = parts.reduce(|| Bins::EMPTY, |a, b| a.merge(&b));
+    cheapest(&bins, &binning)
+}
+
+fn cheapest(bins: &Bins, binning: &Binning) -> Option<Split> {
     let mut best: Option<Split> = None;
-    for (axis, bins) in bins.iter().enumerate() {
+    for axis in 0..3 {
         if binning.scale[axis] == 0.0 {
             continue;
         }
+        let (boxes, counts) = (&bins.boxes[axis][..binning.bins], &bins.counts[axis][..binning.bins]);
         let mut right_costs = [f32::INFINITY; BINS];
-        let (mut bounds, mut count) = (Bounds::EMPTY, 0);
-        for (i, bin) in bins.iter().enumerate().skip(1).rev() {
-            (bounds, count) = (bounds.join(&bin.bounds), count + bin.count);
+        let (mut bounds, mut count) = (Box4::EMPTY, 0);
+        for i in (1..binning.bins).rev() {
+            (bounds, count) = (bounds.join(&boxes[i].low, &boxes[i].high), count + counts[i]);
             if count > 0 {
-                right_costs[i] = bounds.half_area() * packs(count);
+                right_costs[i] = bounds.half_area() * packs(count as usize);
             }
         }
-        let (mut bounds, mut count) = (Bounds::EMPTY, 0);
-        for i in 1..BINS {
-            (bounds, count) = (bounds.join(&bins[i - 1].bounds), count + bins[i - 1].count);
-            let cost = bounds.half_area() * packs(count) + right_costs[i];
-            if count > 0 && cost < best.as_ref().map_or(f32::INFINITY, |best| best.cost) {
+        let (mut bounds, mut count) = (Box4::EMPTY, 0);
+        for i in 1..binning.bins {
+            (bounds, count) = (bounds.join(&boxes[i - 1].low, &boxes[i - 1].high), count + counts[i - 1]);
+            if count == 0 {
+                continue;
+            }
+            let cost = bounds.half_area() * packs(count as usize) + right_costs[i];
+            if cost < best.map_or(f32::INFINITY, |best| best.cost) {
                 best = Some(Split { axis, bin: i, cost });
             }
         }

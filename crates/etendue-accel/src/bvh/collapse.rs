@@ -1,4 +1,6 @@
-//! From the binary tree to nodes of eight children and packs of four triangles.
+//! From binary trees to nodes of eight children and packs of four triangles, all levels in the same arrays.
+
+use rayon::prelude::*;
 
 use super::build::{self, BinaryNode};
 use super::node::{Child, LANES, Node, Pack, WIDTH};
@@ -16,53 +18,122 @@ pub(crate) struct SphereItem {
     pub sphere: Sphere,
     /// In a bottom level the instance is 0.
     pub id: PrimitiveId,
-    pub mask: u32,
 }
 
-/// A transformed instance in a leaf.
+/// Where one level starts: the top, or a geometry that instances share.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct InstanceItem {
-    pub instance: u32,
-    pub geometry: u32,
-    pub mask: u32,
-}
-
-/// One level: the top, or a geometry that instances share.
-#[derive(Debug)]
-pub(crate) struct Level {
-    /// Where to start; `None` if there is nothing.
-    pub root: Option<u32>,
+pub(crate) struct Root {
+    /// Child word; `None` if there is nothing.
+    pub word: Option<u32>,
     pub bounds: Bounds,
     pub padding: Padding,
-    pub nodes: Vec<Node>,
-    pub packs: Vec<Pack>,
-    pub spheres: Vec<SphereItem>,
-    pub instances: Vec<InstanceItem>,
-    /// Nodes on the longest way from the root.
+    /// Nodes on the longest way from here.
     pub depth: usize,
 }
 
-impl Level {
-    /// Builds a level over items, which it reorders.
-    pub fn build(items: &mut [Item], source: Source<'_>, padding: Padding) -> Result<Self, BuildError> {
-        let mut level = Self {
-            root: None,
-            bounds: Bounds::EMPTY,
-            padding,
-            nodes: Vec::new(),
-            packs: Vec::new(),
-            spheres: Vec::new(),
-            instances: Vec::new(),
-            depth: 0,
-        };
-        if items.is_empty() {
-            return Ok(level);
+/// Which instance the triangles of a level's packs belong to.
+#[derive(Debug)]
+pub(crate) enum Owners {
+    /// All to one.
+    One(u32),
+    /// By pack, less the packs of other levels that come before, and lane.
+    Each { start: usize, lanes: Vec<[u32; LANES]> },
+}
+
+impl Default for Owners {
+    fn default() -> Self {
+        Self::One(0)
+    }
+}
+
+impl Owners {
+    fn of_level(source: Source<'_>, start: usize) -> Self {
+        match source {
+            Source::Top(world) if world.instances.len() != 1 => Self::Each { start, lanes: Vec::new() },
+            _ => Self::One(0),
         }
-        let tree = build::build(items)?;
-        level.bounds = tree[0].bounds;
-        level.reserve(&tree, items)?;
-        level.root = Some(level.emit(&tree, 0, items, source, 1)?);
-        Ok(level)
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::One(_) => 0,
+            Self::Each { lanes, .. } => size_of_val(&lanes[..]),
+        }
+    }
+
+    #[inline(always)]
+    pub fn of(&self, pack: usize, lane: usize) -> u32 {
+        match self {
+            Self::One(instance) => *instance,
+            Self::Each { start, lanes } => lanes[pack - start][lane],
+        }
+    }
+}
+
+/// The arrays of all levels.
+#[derive(Debug, Default)]
+pub(crate) struct Arrays {
+    pub nodes: Vec<Node>,
+    pub packs: Vec<Pack>,
+    pub spheres: Vec<SphereItem>,
+    /// Transformed instances.
+    pub instances: Vec<u32>,
+    /// Of the level that was added last: the top.
+    pub owners: Owners,
+}
+
+/// A node of the wide tree before it is written.
+struct Draft {
+    /// Indices into the binary tree.
+    children: [u32; WIDTH],
+    words: [u32; WIDTH],
+    count: usize,
+}
+
+/// What is found on the way through a binary tree.
+struct Plan<'a> {
+    tree: &'a [BinaryNode],
+    items: &'a [Item],
+    source: Source<'a>,
+    arrays: &'a mut Arrays,
+    drafts: Vec<Draft>,
+    /// First item and number of items of each pack.
+    packs: Vec<(u32, u32)>,
+    depth: usize,
+}
+
+impl Arrays {
+    /// Adds a level over items, which it reorders.
+    pub fn add(&mut self, items: &mut [Item], source: Source<'_>, padding: Padding) -> Result<Root, BuildError> {
+        self.owners = Owners::of_level(source, self.packs.len());
+        if items.is_empty() {
+            return Ok(Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0 });
+        }
+        let tree = build::build(items, source)?;
+        let mut plan =
+            Plan { tree: &tree, items, source, arrays: self, drafts: Vec::new(), packs: Vec::new(), depth: 0 };
+        let word = plan.child(0, 1)?;
+        let Plan { drafts, packs, depth, .. } = plan;
+        limited("nodes", self.nodes.len() + drafts.len(), Child::LIMIT)?;
+        limited("packs", self.packs.len() + packs.len(), Child::LIMIT)?;
+        let bytes = |count: usize, size: usize| (count as u64).saturating_mul(size as u64);
+        self.nodes
+            .try_reserve_exact(drafts.len())
+            .map_err(|_| BuildError::Memory { what: "nodes", bytes: bytes(drafts.len(), size_of::<Node>()) })?;
+        self.packs
+            .try_reserve_exact(packs.len())
+            .map_err(|_| BuildError::Memory { what: "packs", bytes: bytes(packs.len(), size_of::<Pack>()) })?;
+        self.nodes.par_extend(drafts.par_iter().map(|draft| draft.node(&tree)));
+        let items = &*items;
+        self.packs.par_extend(packs.par_iter().map(|&range| pack(items_of(items, range), source)));
+        if let Owners::Each { lanes, .. } = &mut self.owners {
+            *lanes = room("owners of triangles", packs.len())?;
+            lanes.par_extend(packs.par_iter().map(|&range| {
+                let items = items_of(items, range);
+                std::array::from_fn(|lane| items.get(lane).map_or(0, |item| item.id().instance))
+            }));
+        }
+        Ok(Root { word: Some(word), bounds: tree[0].bounds, padding, depth })
     }
 
     /// Bytes of memory.
@@ -71,102 +142,107 @@ impl Level {
             + size_of_val(&self.packs[..])
             + size_of_val(&self.spheres[..])
             + size_of_val(&self.instances[..])
+            + self.owners.bytes()
     }
+}
 
-    fn reserve(&mut self, tree: &[BinaryNode], items: &[Item]) -> Result<(), BuildError> {
-        let (mut leaves, mut packs, mut spheres, mut instances) = (0, 0, 0, 0);
-        let mut pending = vec![0_usize];
-        while let Some(index) = pending.pop() {
-            let node = &tree[index];
-            if !node.is_leaf() {
-                pending.extend([index + 1, index + node.right as usize]);
-                continue;
-            }
-            leaves += 1;
-            match items[node.first as usize].kind {
-                ItemKind::Triangle => packs += (node.count as usize).div_ceil(LANES),
-                ItemKind::Sphere => spheres += node.count as usize,
-                ItemKind::Instance => instances += node.count as usize,
-            }
-        }
-        for (what, count) in [("packs", packs), ("spheres", spheres), ("transformed instances", instances)] {
-            limited(what, count, Child::LIMIT)?;
-        }
-        limited("nodes", leaves, Child::LIMIT)?;
-        self.packs = room("packs", packs)?;
-        self.spheres = room("spheres", spheres)?;
-        self.instances = room("instances", instances)?;
-        Ok(())
-    }
+fn items_of(items: &[Item], (first, count): (u32, u32)) -> &[Item] {
+    &items[first as usize..(first + count) as usize]
+}
 
-    /// Writes a subtree; its child word.
-    fn emit(
-        &mut self,
-        tree: &[BinaryNode],
-        index: usize,
-        items: &[Item],
-        source: Source<'_>,
-        depth: usize,
-    ) -> Result<u32, BuildError> {
-        let binary = &tree[index];
+impl Plan<'_> {
+    /// Plans a subtree; its child word.
+    fn child(&mut self, index: usize, depth: usize) -> Result<u32, BuildError> {
+        let binary = &self.tree[index];
         if binary.is_leaf() {
-            let range = binary.first as usize..(binary.first + binary.count) as usize;
-            return Ok(self.emit_leaf(&items[range], source).word());
+            return self.leaf(binary.first, binary.count).map(Child::word);
         }
         self.depth = self.depth.max(depth);
-        let (children, count) = open(tree, index);
-        let place = self.nodes.len();
-        if place == self.nodes.capacity() {
+        let (children, count) = open(self.tree, index);
+        let place = self.drafts.len();
+        if place == self.drafts.capacity() {
             let more = place.max(64);
-            let bytes = (more * size_of::<Node>()) as u64;
-            self.nodes.try_reserve_exact(more).map_err(|_| BuildError::Memory { what: "nodes", bytes })?;
+            let bytes = (more * size_of::<Draft>()) as u64;
+            self.drafts.try_reserve_exact(more).map_err(|_| BuildError::Memory { what: "nodes", bytes })?;
         }
-        self.nodes.push(Node::new(&[]));
-        let mut words = [(Bounds::EMPTY, 0); WIDTH];
-        for (word, &child) in words.iter_mut().zip(&children[..count]) {
-            *word = (tree[child].bounds, self.emit(tree, child, items, source, depth + 1)?);
+        self.drafts.push(Draft { children: children.map(|child| child as u32), words: [0; WIDTH], count });
+        for (i, &child) in children[..count].iter().enumerate() {
+            self.drafts[place].words[i] = self.child(child, depth + 1)?;
         }
-        self.nodes[place] = Node::new(&words[..count]);
-        Ok(Child::Node(place as u32).word())
+        Ok(Child::Node((self.arrays.nodes.len() + place) as u32).word())
     }
 
-    fn emit_leaf(&mut self, items: &[Item], source: Source<'_>) -> Child {
-        match items[0].kind {
+    fn leaf(&mut self, first_item: u32, count: u32) -> Result<Child, BuildError> {
+        let items = items_of(self.items, (first_item, count));
+        let memory = |what, count: usize| move |_| BuildError::Memory { what, bytes: count as u64 };
+        Ok(match self.source.kind(items[0].id()) {
             ItemKind::Triangle => {
-                let first = self.packs.len() as u32;
-                self.packs.extend(items.chunks(LANES).map(|lanes| pack(lanes, source)));
-                Child::Packs { first, count: items.len().div_ceil(LANES) as u32 }
+                let first = (self.arrays.packs.len() + self.packs.len()) as u32;
+                let lanes = LANES as u32;
+                let starts = (0..count).step_by(LANES);
+                self.packs.try_reserve(starts.len()).map_err(memory("packs", 8 * starts.len()))?;
+                self.packs.extend(starts.map(|i| (first_item + i, lanes.min(count - i))));
+                Child::Packs { first, count: count.div_ceil(lanes) }
             }
             ItemKind::Sphere => {
-                let first = self.spheres.len() as u32;
-                self.spheres.extend(items.iter().filter_map(|item| {
-                    let sphere = source.sphere(item.id)?;
-                    Some(SphereItem { sphere, id: item.id, mask: source.mask(item.id) })
-                }));
-                Child::Spheres { first, count: items.len() as u32 }
+                let spheres = &mut self.arrays.spheres;
+                let first = limited("spheres", spheres.len() + items.len(), Child::LIMIT)? - items.len() as u32;
+                let bytes = size_of_val(items);
+                spheres.try_reserve(items.len()).map_err(memory("spheres", bytes))?;
+                for item in items {
+                    let id = item.id();
+                    spheres.extend(self.source.sphere(id).map(|sphere| SphereItem { sphere, id }));
+                }
+                Child::Spheres { first, count }
             }
             ItemKind::Instance => {
-                let id = items[0].id;
-                let geometry = source.geometry_index(id);
-                self.instances.push(InstanceItem { instance: id.instance, geometry, mask: source.mask(id) });
-                Child::Instance(self.instances.len() as u32 - 1)
+                let instances = &mut self.arrays.instances;
+                let place = limited("transformed instances", instances.len() + 1, Child::LIMIT)? - 1;
+                instances.try_reserve(1).map_err(memory("transformed instances", 4))?;
+                instances.push(items[0].id().instance);
+                Child::Instance(place)
             }
+        })
+    }
+}
+
+impl Draft {
+    fn node(&self, tree: &[BinaryNode]) -> Node {
+        let mut children = [(Bounds::EMPTY, 0); WIDTH];
+        for (i, child) in children.iter_mut().enumerate().take(self.count) {
+            *child = (tree[self.children[i] as usize].bounds, self.words[i]);
         }
+        Node::new(&children[..self.count])
     }
 }
 
 /// Up to eight descendants that together hold the subtree: the largest is opened first.
 fn open(tree: &[BinaryNode], index: usize) -> ([usize; WIDTH], usize) {
     let mut children = [0; WIDTH];
-    children[0] = index;
+    // What opening a child is worth; leaves cannot be opened.
+    let mut worth = [f32::NEG_INFINITY; WIDTH];
+    let worth_of = |child: usize| {
+        let node: &BinaryNode = &tree[child];
+        if node.is_leaf() { f32::NEG_INFINITY } else { node.bounds.half_area() }
+    };
+    (children[0], worth[0]) = (index, worth_of(index));
     let mut count = 1;
     while count < WIDTH {
-        let inner = (0..count).filter(|&i| !tree[children[i]].is_leaf());
-        let area = |i: usize| tree[children[i]].bounds.half_area();
-        let Some(largest) = inner.max_by(|&a, &b| area(a).total_cmp(&area(b)).then(b.cmp(&a))) else { break };
+        let mut largest = 0;
+        for i in 1..count {
+            if worth[i] > worth[largest] {
+                largest = i;
+            }
+        }
+        if worth[largest] == f32::NEG_INFINITY {
+            break;
+        }
         let opened = children[largest];
         children[largest] = opened + 1;
         children[count] = opened + tree[opened].right as usize;
+        for i in [largest, count] {
+            worth[i] = worth_of(children[i]);
+        }
         count += 1;
     }
     (children, count)
@@ -175,15 +251,14 @@ fn open(tree: &[BinaryNode], index: usize) -> ([usize; WIDTH], usize) {
 fn pack(items: &[Item], source: Source<'_>) -> Pack {
     let mut pack = Pack::EMPTY;
     for (lane, item) in items.iter().enumerate() {
-        let Some(corners) = source.triangle(item.id) else { continue };
+        let id = item.id();
+        let Some(corners) = source.triangle(id) else { continue };
         for (corner, point) in pack.corners.iter_mut().zip(corners) {
             for (axis, x) in corner.iter_mut().zip(point) {
                 axis[lane] = x;
             }
         }
-        pack.instance[lane] = item.id.instance;
-        pack.primitive[lane] = item.id.primitive;
-        pack.mask[lane] = source.mask(item.id);
+        pack.primitive[lane] = id.primitive;
     }
     pack
 }

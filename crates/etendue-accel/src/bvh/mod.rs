@@ -10,27 +10,32 @@ use crate::error::BuildError;
 use crate::geometry::World;
 use crate::levels;
 
-use collapse::Level;
+use collapse::{Arrays, Root};
 pub(crate) use traverse::Trace;
 
 /// A level over the world and one for each geometry that transformed instances use.
 #[derive(Debug)]
 pub(crate) struct Bvh {
-    top: Level,
+    arrays: Arrays,
+    top: Root,
     /// By geometry.
-    objects: Vec<Option<Level>>,
+    objects: Vec<Option<Root>>,
     /// Entries that a traversal's stack may need.
     stack_len: usize,
+    /// Whether the structure fits into a cache.
+    cached: bool,
 }
 
 impl Bvh {
     pub fn build(world: &World) -> Result<Self, BuildError> {
+        let mut arrays = Arrays::default();
         let (top, objects) =
-            levels::build(world, |mut items, source, padding| Level::build(&mut items, source, padding))?;
-        let deepest = objects.iter().flatten().map(|level: &Level| level.depth).max().unwrap_or(0);
+            levels::build(world, |mut items, source, padding| arrays.add(&mut items, source, padding))?;
+        let deepest = objects.iter().flatten().map(|root: &Root| root.depth).max().unwrap_or(0);
         // Each node on the way replaces one entry by at most eight; vectors are stored whole.
         let stack_len = (node::WIDTH - 1) * (top.depth + deepest) + 2 + node::WIDTH;
-        Ok(Self { top, objects, stack_len })
+        let cached = arrays.bytes() <= traverse::CACHED_BYTES;
+        Ok(Self { arrays, top, objects, stack_len, cached })
     }
 
     pub fn bounds(&self) -> Bounds {
@@ -38,19 +43,15 @@ impl Bvh {
     }
 
     pub fn nodes(&self) -> usize {
-        self.levels().map(|level| level.nodes.len()).sum()
+        self.arrays.nodes.len()
     }
 
     pub fn bytes(&self) -> usize {
-        self.levels().map(Level::bytes).sum()
+        self.arrays.bytes()
     }
 
     pub fn depth(&self) -> usize {
-        self.top.depth + self.objects.iter().flatten().map(|level| level.depth).max().unwrap_or(0)
-    }
-
-    fn levels(&self) -> impl Iterator<Item = &Level> {
-        std::iter::once(&self.top).chain(self.objects.iter().flatten())
+        self.top.depth + self.objects.iter().flatten().map(|root| root.depth).max().unwrap_or(0)
     }
 }
 
@@ -77,17 +78,14 @@ mod tests {
     #[test]
     fn the_number_of_threads_leaves_no_trace() {
         let world = scattered(100_000);
-        let bytes = |threads: usize| {
+        let bytes = |threads: usize| -> Vec<u8> {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let bvh = pool.install(|| Bvh::build(&world)).unwrap();
-            let level = |level: &Level| -> Vec<u8> {
-                let (nodes, packs) = (bytemuck::cast_slice(&level.nodes), bytemuck::cast_slice(&level.packs));
-                [nodes, packs].concat()
-            };
-            bvh.levels().map(level).collect::<Vec<_>>()
+            let collapse::Owners::Each { lanes, .. } = &bvh.arrays.owners else { panic!("there are two instances") };
+            let (nodes, packs) = (bytemuck::cast_slice(&bvh.arrays.nodes), bytemuck::cast_slice(&bvh.arrays.packs));
+            [nodes, packs, bytemuck::cast_slice(lanes)].concat()
         };
         let one = bytes(1);
-        assert_eq!(one.len(), 2);
         assert!(one == bytes(2) && one == bytes(5));
     }
 
@@ -95,13 +93,13 @@ mod tests {
     fn every_triangle_is_in_one_leaf_inside_its_boxes() {
         let world = scattered(5_000);
         let bvh = Bvh::build(&world).unwrap();
-        let level = &bvh.top;
+        let arrays = &bvh.arrays;
         let mut seen = vec![0; 5_000];
-        let mut pending = vec![(level.root.unwrap(), level.bounds)];
+        let mut pending = vec![(bvh.top.word.unwrap(), bvh.top.bounds)];
         while let Some((word, bounds)) = pending.pop() {
             match node::Child::of(word) {
                 node::Child::Node(index) => {
-                    let node = &level.nodes[index as usize];
+                    let node = &arrays.nodes[index as usize];
                     for (i, &child) in node.children.iter().enumerate() {
                         let at = |row: usize| node.rows[row][i];
                         let inner = Bounds { min: [at(0), at(2), at(4)], max: [at(1), at(3), at(5)] };
@@ -112,15 +110,15 @@ mod tests {
                     }
                 }
                 node::Child::Packs { first, count } => {
-                    for pack in &level.packs[first as usize..(first + count) as usize] {
-                        for lane in (0..node::LANES).filter(|&lane| pack.mask[lane] != 0) {
+                    for pack in &arrays.packs[first as usize..(first + count) as usize] {
+                        for lane in (0..node::LANES).filter(|&lane| !pack.corners[0][0][lane].is_nan()) {
                             assert_eq!(bounds.join(&Bounds::of_points(pack.triangle(lane))), bounds);
                             seen[pack.primitive[lane] as usize] += 1;
                         }
                     }
                 }
                 node::Child::Spheres { .. } => panic!("there are no spheres"),
-                node::Child::Instance(index) => assert_eq!(level.instances[index as usize].instance, 1),
+                node::Child::Instance(index) => assert_eq!(arrays.instances[index as usize], 1),
             }
         }
         assert!(seen.iter().all(|&times| times == 1));

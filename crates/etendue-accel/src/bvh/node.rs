@@ -42,15 +42,16 @@ impl Node {
             }
             node.children[i] = word;
         }
-        for octant in 0..8_usize {
-            let depth = |i: usize| {
-                let middle = children.get(i).map_or([0.0; 3], |(bounds, _)| bounds.middle());
-                let along = |axis: usize| if octant >> axis & 1 == 0 { middle[axis] } else { -middle[axis] };
-                (along(0) + along(1)) + along(2)
-            };
-            let mut order: [usize; WIDTH] = std::array::from_fn(|i| i);
-            order.sort_by(|&a, &b| depth(b).total_cmp(&depth(a)).then(a.cmp(&b)));
-            node.order[octant] = order.iter().enumerate().fold(0, |word, (i, &child)| word | (child as u32) << (3 * i));
+        let middles: [[f32; 3]; WIDTH] =
+            std::array::from_fn(|i| children.get(i).map_or([0.0; 3], |(bounds, _)| bounds.middle()));
+        for (octant, word) in node.order.iter_mut().enumerate() {
+            let sign = [0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 });
+            let depths = middles.map(|m| (sign[0] * m[0] + sign[1] * m[1]) + sign[2] * m[2]);
+            for (i, depth) in depths.iter().enumerate() {
+                let farther = depths.iter().filter(|other| *other > depth).count();
+                let equal_before = depths[..i].iter().filter(|other| *other == depth).count();
+                *word |= (i as u32) << (3 * (farther + equal_before));
+            }
         }
         node
     }
@@ -86,6 +87,12 @@ impl Child {
         }
     }
 
+    /// True for the words of inner nodes, which are their indices.
+    #[inline(always)]
+    pub fn is_node(word: u32) -> bool {
+        word < 1 << 30
+    }
+
     #[inline(always)]
     pub fn of(word: u32) -> Self {
         let (first, count) = (word & ((1 << 27) - 1), ((word >> 27) & 7) + 1);
@@ -99,21 +106,16 @@ impl Child {
 }
 
 /// Four triangles. A lane without one has NaN corners, which the pack's filter rejects.
-#[repr(C, align(64))]
+#[repr(C, align(32))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct Pack {
     /// By corner and axis.
     pub corners: [[[f32; LANES]; 3]; 3],
-    /// Of the top level; 0 below an instance.
-    pub instance: [u32; LANES],
     pub primitive: [u32; LANES],
-    /// Of the instance; all ones below an instance, whose own mask was checked when it was entered.
-    pub mask: [u32; LANES],
 }
 
 impl Pack {
-    pub const EMPTY: Self =
-        Self { corners: [[[f32::NAN; LANES]; 3]; 3], instance: [0; LANES], primitive: [0; LANES], mask: [0; LANES] };
+    pub const EMPTY: Self = Self { corners: [[[f32::NAN; LANES]; 3]; 3], primitive: [0; LANES] };
 
     /// The sheared corners.
     #[inline(always)]
@@ -169,6 +171,6 @@ mod tests {
             let real: Vec<u32> = order.into_iter().filter(|&i| i < 3).collect();
             assert_eq!(real, if octant & 1 == 0 { [0, 2, 1] } else { [1, 2, 0] });
         }
-        assert_eq!((size_of::<Node>(), size_of::<Pack>()), (256, 192));
+        assert_eq!((size_of::<Node>(), size_of::<Pack>()), (256, 160));
     }
 }

@@ -1,24 +1,51 @@
-//! Traversal of the wide BVH: a state machine that takes one node or leaf a step, so that one core can have several rays
-//! in flight and wait for the memory of all of them at once.
+//! Traversal of the wide BVH. Where the structure fits into the cache, one ray at a time in a tight loop; else a state
+//! machine that takes one node or leaf a step, so that one core can have several rays in flight and wait for the memory of
+//! all of them at once.
+
+use std::cell::Cell;
 
 use super::Bvh;
-use super::collapse::{InstanceItem, Level};
-use super::node::{Child, LANES, Pack};
+use super::collapse::Root;
+use super::node::{Child, LANES, Pack, WIDTH};
 use crate::geometry::World;
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
 use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::search::Search;
-use crate::simd::{Simd, Stack};
+use crate::simd::Simd;
 use crate::triangle::decide;
 
-/// Rays in flight where the structure does not fit into the cache. Measured: 8, 12 and 16 are alike, 2.2 times as fast on
-/// incoherent rays as one at 10^6 triangles, 1.4 times at 60,000, level at 10,000.
+/// Rays in flight where the structure does not fit into the cache.
 const IN_FLIGHT: usize = 16;
 
 /// Structures of more bytes than this are traversed with several rays in flight: the size of a second-level cache.
-const CACHED_BYTES: usize = 1 << 20;
+pub(super) const CACHED_BYTES: usize = 1 << 20;
+
+/// Slices of fewer rays are traced one by one.
+const FEW_RAYS: usize = 4;
+
+thread_local! {
+    /// The stacks of a thread's rays, kept from call to call.
+    static STACKS: Cell<Stacks> = const { Cell::new(Stacks { entries: Vec::new(), words: Vec::new() }) };
+}
+
+/// What is still to be visited: child words with the entry distances of their boxes, for each ray in flight. Each stack
+/// has room for [`WIDTH`] entries more than are used, because vectors are stored whole.
+#[derive(Default)]
+struct Stacks {
+    entries: Vec<f32>,
+    words: Vec<u32>,
+}
+
+impl Stacks {
+    fn grow(&mut self, len: usize) {
+        if self.entries.len() < len {
+            self.entries.resize(len, 0.0);
+            self.words.resize(len, 0);
+        }
+    }
+}
 
 /// Searches for a slice of rays; `finish` gets the index of each ray and what was found.
 pub(crate) struct Trace<'a, F, const ANY: bool> {
@@ -33,218 +60,317 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        if self.bvh.bytes() > CACHED_BYTES { self.in_flight(simd, IN_FLIGHT) } else { self.one_by_one(simd) }
+        let mut stacks = STACKS.take();
+        if self.bvh.cached || self.rays.len() < FEW_RAYS {
+            self.one_by_one(simd, &mut stacks);
+        } else {
+            self.in_flight(simd, &mut stacks);
+        }
+        STACKS.set(stacks);
     }
 }
 
 impl<F: FnMut(usize, Hit), const ANY: bool> Trace<'_, F, ANY> {
     #[inline(always)]
-    fn one_by_one<S: Simd>(mut self, simd: S) {
-        let (mut entry, mut child) = (vec![0.0; self.bvh.stack_len], vec![0; self.bvh.stack_len]);
+    fn one_by_one<S: Simd>(mut self, simd: S, stacks: &mut Stacks) {
+        stacks.grow(self.bvh.stack_len);
+        let scene = Scene { world: self.world, bvh: self.bvh };
         for (index, ray) in self.rays.iter().enumerate() {
-            let stack = Stack { entry: &mut entry, child: &mut child, len: 0 };
-            let mut hit = Hit::MISS;
-            if let Some(mut walk) = Walk::start(self.bvh, ray, index, stack) {
-                while walk.step::<S, ANY>(simd, self.world, self.bvh) {}
-                hit = walk.search.hit();
-            }
+            let hit = scene.trace::<S, ANY>(simd, ray, &mut stacks.entries, &mut stacks.words);
             (self.finish)(index, hit);
         }
     }
 
     #[inline(always)]
-    fn in_flight<S: Simd>(mut self, simd: S, width: usize) {
+    fn in_flight<S: Simd>(mut self, simd: S, stacks: &mut Stacks) {
         let len = self.bvh.stack_len;
-        let (mut entry, mut child) = (vec![0.0; len * width], vec![0; len * width]);
-        let stacks = entry.chunks_exact_mut(len).zip(child.chunks_exact_mut(len));
-        let mut waiting = self.rays.iter().enumerate();
-        let mut walks: Vec<Walk<'_, '_>> = Vec::with_capacity(width);
-        for (entry, child) in stacks {
-            let stack = Stack { entry, child, len: 0 };
-            match next_walk(self.bvh, &mut waiting, &mut self.finish, stack) {
-                Ok(walk) => walks.push(walk),
-                Err(_) => break,
-            }
+        stacks.grow(len * IN_FLIGHT);
+        let scene = Scene { world: self.world, bvh: self.bvh };
+        let mut next = 0;
+        let mut walks = [const { None::<Walk> }; IN_FLIGHT];
+        let mut walking = 0;
+        for (walk, (entries, words)) in
+            walks.iter_mut().zip(stacks.entries.chunks_exact_mut(len).zip(stacks.words.chunks_exact_mut(len)))
+        {
+            *walk = self.next_walk(&mut next, entries, words);
+            walking += usize::from(walk.is_some());
         }
-        while !walks.is_empty() {
-            let mut i = 0;
-            while i < walks.len() {
-                let walk = &mut walks[i];
-                if walk.step::<S, ANY>(simd, self.world, self.bvh) {
-                    walk.prefetch(simd);
-                    i += 1;
+        while walking > 0 {
+            let places = stacks.entries.chunks_exact_mut(len).zip(stacks.words.chunks_exact_mut(len));
+            for (place, (entries, words)) in walks.iter_mut().zip(places) {
+                let Some(walk) = place else { continue };
+                if walk.step::<S, ANY>(simd, &scene, entries, words) {
+                    walk.prefetch(simd, self.bvh, words);
                     continue;
                 }
                 (self.finish)(walk.index, walk.search.hit());
-                let done = walks.swap_remove(i);
-                if let Ok(walk) = next_walk(self.bvh, &mut waiting, &mut self.finish, done.stack) {
-                    walks.push(walk);
-                }
+                *place = self.next_walk(&mut next, entries, words);
+                walking -= usize::from(place.is_none());
             }
         }
     }
-}
 
-/// The next ray that can hit anything; gives the stack back when there is none.
-#[inline(always)]
-fn next_walk<'b, 's, 'r>(
-    bvh: &'b Bvh,
-    waiting: &mut impl Iterator<Item = (usize, &'r Ray)>,
-    finish: &mut impl FnMut(usize, Hit),
-    mut stack: Stack<'s>,
-) -> Result<Walk<'b, 's>, Stack<'s>> {
-    for (index, ray) in waiting {
-        match Walk::try_start(bvh, ray, index, stack) {
-            Ok(walk) => return Ok(walk),
-            Err(back) => {
-                finish(index, Hit::MISS);
-                stack = back;
+    /// The next ray that can hit anything; those before it miss.
+    #[inline(always)]
+    fn next_walk(&mut self, next: &mut usize, entries: &mut [f32], words: &mut [u32]) -> Option<Walk> {
+        while let Some(ray) = self.rays.get(*next) {
+            let index = *next;
+            *next += 1;
+            match Walk::start(self.bvh, ray, index, entries, words) {
+                Some(walk) => return Some(walk),
+                None => (self.finish)(index, Hit::MISS),
             }
         }
+        None
     }
-    Err(stack)
 }
 
-/// A ray on its way through the tree.
-struct Walk<'b, 's> {
-    index: usize,
-    search: Search,
-    stack: Stack<'s>,
-    level: &'b Level,
-    local: LocalRay,
-    slab: SlabRay,
-    /// Below an instance: its id, and what to come back to.
-    below: Option<Below>,
-}
-
+/// What rays meet.
 #[derive(Clone, Copy)]
-struct Below {
-    instance: u32,
-    /// The stack's length when the instance was entered.
-    base: usize,
-    local: LocalRay,
-    slab: SlabRay,
+struct Scene<'a> {
+    world: &'a World,
+    bvh: &'a Bvh,
 }
 
-impl<'b, 's> Walk<'b, 's> {
-    #[inline(always)]
-    fn start(bvh: &'b Bvh, ray: &Ray, index: usize, stack: Stack<'s>) -> Option<Self> {
-        Self::try_start(bvh, ray, index, stack).ok()
-    }
+/// A ray in the space of a level.
+#[derive(Clone, Copy)]
+struct Local {
+    ray: LocalRay,
+    slab: SlabRay,
+    /// The instance that was entered, [`NO_INSTANCE`] at the top.
+    instance: u32,
+}
 
-    #[inline(always)]
-    fn try_start(bvh: &'b Bvh, ray: &Ray, index: usize, mut stack: Stack<'s>) -> Result<Self, Stack<'s>> {
-        let (Some((search, local)), Some(root)) = (Search::start(ray), bvh.top.root) else { return Err(stack) };
-        let slab = SlabRay::new(&local, &bvh.top.padding);
-        stack.len = 0;
-        stack.push(search.t_min, root);
-        Ok(Self { index, search, stack, level: &bvh.top, local, slab, below: None })
-    }
+const NO_INSTANCE: u32 = u32::MAX;
 
-    /// Takes the nearest entry of the stack. False when the search is over.
+impl Local {
     #[inline(always)]
-    fn step<S: Simd, const ANY: bool>(&mut self, simd: S, world: &World, bvh: &'b Bvh) -> bool {
-        let Some(child) = self.pop(bvh) else { return false };
-        match child {
-            Child::Node(index) => {
-                let range = (self.search.t_min, self.search.best.t);
-                simd.push_children(&self.level.nodes[index as usize], &self.slab, range, &mut self.stack);
-            }
-            Child::Packs { first, count } => {
-                let level = self.level;
-                for pack in &level.packs[first as usize..(first + count) as usize] {
-                    if self.test_pack(simd, pack) && ANY {
-                        return false;
+    fn new(ray: LocalRay, root: &Root, instance: u32) -> Self {
+        Self { ray, slab: SlabRay::new(&ray, &root.padding), instance }
+    }
+}
+
+impl Scene<'_> {
+    /// A whole search of one ray.
+    #[inline(always)]
+    fn trace<S: Simd, const ANY: bool>(&self, simd: S, ray: &Ray, entries: &mut [f32], words: &mut [u32]) -> Hit {
+        let top = &self.bvh.top;
+        let (Some((mut search, world_ray)), Some(root)) = (Search::start(ray), top.word) else { return Hit::MISS };
+        let outside = Local::new(world_ray, top, NO_INSTANCE);
+        let mut local = outside;
+        // Where the entries of the current level start.
+        let mut base = 0;
+        let mut len = 1;
+        (entries[0], words[0]) = (search.t_min, root);
+        'levels: loop {
+            let here = local;
+            loop {
+                if len == base {
+                    break;
+                }
+                len -= 1;
+                // Equal distances stay: a smaller id may be there.
+                if entries[len] > search.best.t {
+                    continue;
+                }
+                let mut word = words[len];
+                while Child::is_node(word) {
+                    let count = self.children(simd, word, &here.slab, &search, len, entries, words);
+                    if count == 0 {
+                        break;
+                    }
+                    len += count - 1;
+                    word = words[len];
+                }
+                if Child::is_node(word) {
+                    continue;
+                }
+                match Child::of(word) {
+                    Child::Instance(index) => {
+                        if let Some((inside, root)) = self.enter(index, &here.ray, search.mask) {
+                            (local, base) = (inside, len);
+                            (entries[len], words[len]) = (search.t_min, root);
+                            len += 1;
+                            continue 'levels;
+                        }
+                    }
+                    leaf => {
+                        if self.leaf::<S, ANY>(simd, leaf, &here, &mut search) && ANY {
+                            return search.hit();
+                        }
                     }
                 }
+            }
+            if here.instance == NO_INSTANCE {
+                return search.hit();
+            }
+            (local, base) = (outside, 0);
+        }
+    }
+
+    /// Tests a node's children and puts those that are entered at a place of the stack; how many.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments)]
+    fn children<S: Simd>(
+        &self,
+        simd: S,
+        word: u32,
+        slab: &SlabRay,
+        search: &Search,
+        len: usize,
+        entries: &mut [f32],
+        words: &mut [u32],
+    ) -> usize {
+        let (Some(entries), Some(words)) = (entries[len..].first_chunk_mut(), words[len..].first_chunk_mut()) else {
+            return 0;
+        };
+        let _: (&[f32; WIDTH], &[u32; WIDTH]) = (entries, words);
+        simd.children(&self.bvh.arrays.nodes[word as usize], slab, (search.t_min, search.best.t), entries, words)
+    }
+
+    /// Tests what is in a leaf other than an instance. True if anything is hit.
+    #[inline(always)]
+    fn leaf<S: Simd, const ANY: bool>(&self, simd: S, leaf: Child, local: &Local, search: &mut Search) -> bool {
+        match leaf {
+            Child::Packs { first, count } => {
+                let mut found = false;
+                for index in first as usize..(first + count) as usize {
+                    found |= self.pack(simd, index, local, search);
+                    if found && ANY {
+                        break;
+                    }
+                }
+                found
             }
             Child::Spheres { first, count } => {
-                for item in &self.level.spheres[first as usize..(first + count) as usize] {
-                    let id = self.id(item.id.instance, item.id.primitive);
-                    let seen = item.mask & self.search.mask != 0;
-                    if seen && self.search.sphere(&self.local, &item.sphere, id) && ANY {
-                        return false;
+                let mut found = false;
+                for item in &self.bvh.arrays.spheres[first as usize..(first + count) as usize] {
+                    let inside = local.instance != NO_INSTANCE;
+                    let instance = if inside { local.instance } else { item.id.instance };
+                    let id = PrimitiveId { instance, ..item.id };
+                    if inside || self.is_seen(instance, search) {
+                        found |= search.sphere(&local.ray, &item.sphere, id);
                     }
                 }
+                found
             }
-            Child::Instance(index) => {
-                let item = self.level.instances[index as usize];
-                if item.mask & self.search.mask != 0 {
-                    self.enter(item, world, bvh);
-                }
-            }
-        }
-        true
-    }
-
-    #[inline(always)]
-    fn pop(&mut self, bvh: &'b Bvh) -> Option<Child> {
-        loop {
-            if self.stack.len == self.base() {
-                let below = self.below.take()?;
-                (self.level, self.local, self.slab) = (&bvh.top, below.local, below.slab);
-                continue;
-            }
-            self.stack.len -= 1;
-            // Equal distances stay: a smaller id may be there.
-            if self.stack.entry[self.stack.len] <= self.search.best.t {
-                return Some(Child::of(self.stack.child[self.stack.len]));
-            }
+            Child::Node(_) | Child::Instance(_) => false,
         }
     }
 
     #[inline(always)]
-    fn test_pack<S: Simd>(&mut self, simd: S, pack: &Pack) -> bool {
-        let mut candidates = simd.candidates(pack, &self.local);
+    fn pack<S: Simd>(&self, simd: S, index: usize, local: &Local, search: &mut Search) -> bool {
+        let pack: &Pack = &self.bvh.arrays.packs[index];
+        let mut candidates = simd.candidates(pack, &local.ray);
         if candidates == 0 {
             return false;
         }
-        let crossings = decide(pack.sheared(&self.local));
+        let crossings = decide(pack.sheared(&local.ray));
         let mut found = false;
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % LANES;
             candidates &= candidates - 1;
-            if pack.mask[lane] & self.search.mask != 0 {
-                let id = self.id(pack.instance[lane], pack.primitive[lane]);
+            let inside = local.instance != NO_INSTANCE;
+            let instance = if inside { local.instance } else { self.bvh.arrays.owners.of(index, lane) };
+            if inside || self.is_seen(instance, search) {
+                let id = PrimitiveId { instance, primitive: pack.primitive[lane] };
                 let [v, w, det] = &crossings.edges;
-                found |= self.search.crossing(crossings.t[lane], [v[lane], w[lane], det[lane]], id);
+                found |= search.crossing(crossings.t[lane], [v[lane], w[lane], det[lane]], id);
             }
         }
         found
     }
 
     #[inline(always)]
-    fn id(&self, instance: u32, primitive: u32) -> PrimitiveId {
-        PrimitiveId { instance: self.below.as_ref().map_or(instance, |below| below.instance), primitive }
+    fn is_seen(&self, instance: u32, search: &Search) -> bool {
+        self.world.instances[instance as usize].mask & search.mask != 0
     }
 
-    fn enter(&mut self, item: InstanceItem, world: &World, bvh: &'b Bvh) {
-        let transform = world.instances[item.instance as usize].transform.as_ref();
-        let level = bvh.objects[item.geometry as usize].as_ref();
-        let (Some(transform), Some(level)) = (transform, level) else { return };
-        let (Some(local), Some(root)) = (self.local.in_object(transform), level.root) else { return };
-        let (base, instance) = (self.stack.len, item.instance);
-        self.below = Some(Below { instance, base, local: self.local, slab: self.slab });
-        (self.slab, self.local, self.level) = (SlabRay::new(&local, &level.padding), local, level);
-        self.stack.push(self.search.t_min, root);
+    /// The ray in an instance's space and where to start there.
+    fn enter(&self, index: u32, ray: &LocalRay, mask: u32) -> Option<(Local, u32)> {
+        let instance_index = *self.bvh.arrays.instances.get(index as usize)?;
+        let instance = &self.world.instances[instance_index as usize];
+        if instance.mask & mask == 0 {
+            return None;
+        }
+        let root = self.bvh.objects[instance.geometry as usize].as_ref()?;
+        let inside = ray.in_object(instance.transform.as_ref()?)?;
+        Some((Local::new(inside, root, instance_index), root.word?))
     }
+}
 
-    /// Where the entries of the current level start.
+/// One of several rays in flight.
+struct Walk {
+    index: usize,
+    search: Search,
+    local: Local,
+    /// The ray in the world, where `local` is inside an instance.
+    outside: (LocalRay, SlabRay),
+    /// The stack's length, and where the entries of the current level start.
+    len: usize,
+    base: usize,
+}
+
+impl Walk {
     #[inline(always)]
-    fn base(&self) -> usize {
-        self.below.as_ref().map_or(0, |below| below.base)
+    fn start(bvh: &Bvh, ray: &Ray, index: usize, entries: &mut [f32], words: &mut [u32]) -> Option<Self> {
+        let (search, world_ray) = Search::start(ray)?;
+        (entries[0], words[0]) = (search.t_min, bvh.top.word?);
+        let local = Local::new(world_ray, &bvh.top, NO_INSTANCE);
+        Some(Self { index, search, local, outside: (local.ray, local.slab), len: 1, base: 0 })
+    }
+
+    /// Takes the nearest entry of the stack. False when the search is over.
+    #[inline(always)]
+    fn step<S: Simd, const ANY: bool>(
+        &mut self,
+        simd: S,
+        scene: &Scene<'_>,
+        entries: &mut [f32],
+        words: &mut [u32],
+    ) -> bool {
+        loop {
+            if self.len == self.base {
+                if self.local.instance == NO_INSTANCE {
+                    return false;
+                }
+                let (ray, slab) = self.outside;
+                (self.local, self.base) = (Local { ray, slab, instance: NO_INSTANCE }, 0);
+                continue;
+            }
+            self.len -= 1;
+            // Equal distances stay: a smaller id may be there.
+            if entries[self.len] <= self.search.best.t {
+                break;
+            }
+        }
+        let word = words[self.len];
+        if Child::is_node(word) {
+            self.len += scene.children(simd, word, &self.local.slab, &self.search, self.len, entries, words);
+            return true;
+        }
+        match Child::of(word) {
+            Child::Instance(index) => {
+                if let Some((inside, root)) = scene.enter(index, &self.local.ray, self.search.mask) {
+                    (self.local, self.base) = (inside, self.len);
+                    (entries[self.len], words[self.len]) = (self.search.t_min, root);
+                    self.len += 1;
+                }
+                true
+            }
+            leaf => !(scene.leaf::<S, ANY>(simd, leaf, &self.local, &mut self.search) && ANY),
+        }
     }
 
     /// Asks for the memory of the next step.
     #[inline(always)]
-    fn prefetch<S: Simd>(&self, simd: S) {
-        if self.stack.len == self.base() {
+    fn prefetch<S: Simd>(&self, simd: S, bvh: &Bvh, words: &[u32]) {
+        if self.len == self.base {
             return;
         }
-        let top = self.stack.len - 1;
-        match Child::of(self.stack.child[top]) {
-            Child::Node(index) => simd.prefetch(&self.level.nodes[index as usize]),
-            Child::Packs { first, .. } => simd.prefetch(&self.level.packs[first as usize]),
+        match Child::of(words[self.len - 1]) {
+            Child::Node(index) => simd.prefetch(&bvh.arrays.nodes[index as usize]),
+            Child::Packs { first, .. } => simd.prefetch(&bvh.arrays.packs[first as usize]),
             Child::Spheres { .. } | Child::Instance(_) => {}
         }
     }

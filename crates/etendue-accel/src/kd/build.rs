@@ -73,16 +73,16 @@ impl Builder<'_> {
         let count = references.len();
         let cut = if depth == 0 || count <= 1 { None } else { self.choose(&references, cell) };
         let Some(cut) = cut else { return Ok(leaf(references)) };
-        let bounds = |i: &u32| &self.items[*i as usize].bounds;
-        let below = references.iter().filter(|i| cut.sides(bounds(i)).0).count();
-        let above = references.iter().filter(|i| cut.sides(bounds(i)).1).count();
+        let bounds = |i: &u32| self.items[*i as usize].bounds();
+        let below = references.iter().filter(|i| cut.sides(&bounds(i)).0).count();
+        let above = references.iter().filter(|i| cut.sides(&bounds(i)).1).count();
         if below + above > budget || (below == count && above == count) {
             return Ok(leaf(references));
         }
         let mut lower = room("references", below)?;
-        lower.extend(references.iter().filter(|i| cut.sides(bounds(i)).0));
+        lower.extend(references.iter().filter(|i| cut.sides(&bounds(i)).0));
         let mut upper = room("references", above)?;
-        upper.extend(references.iter().filter(|i| cut.sides(bounds(i)).1));
+        upper.extend(references.iter().filter(|i| cut.sides(&bounds(i)).1));
         drop(references);
         let (mut lower_cell, mut upper_cell) = (*cell, *cell);
         lower_cell.max[cut.axis] = cut.at;
@@ -110,7 +110,7 @@ impl Builder<'_> {
 
     fn cheapest(&self, references: &[u32], cell: &Bounds) -> Option<Cut> {
         let clipped = |&i: &u32| {
-            let bounds = &self.items[i as usize].bounds;
+            let bounds = self.items[i as usize].bounds();
             let clip = |p: [f32; 3]| [0, 1, 2].map(|a| greatest(least(p[a], cell.max[a]), cell.min[a]));
             Bounds { min: clip(bounds.min), max: clip(bounds.max) }
         };

@@ -7,7 +7,7 @@ use crate::accelerator::KdTreeSplit;
 use crate::bounds::Bounds;
 use crate::error::{BuildError, room};
 use crate::geometry::{Sphere, World};
-use crate::items::{Item, ItemKind};
+use crate::items::{self, Item, ItemKind};
 use crate::levels;
 use crate::padding::Padding;
 use crate::ray::PrimitiveId;
@@ -37,8 +37,8 @@ enum Primitive {
 
 impl Primitive {
     fn of(item: &Item, source: Source<'_>) -> Option<Self> {
-        let (id, mask) = (item.id, source.mask(item.id));
-        Some(match item.kind {
+        let (id, mask) = (item.id(), source.mask(item.id()));
+        Some(match source.kind(id) {
             ItemKind::Triangle => Self::Triangle { corners: source.triangle(id)?, id, mask },
             ItemKind::Sphere => Self::Sphere { sphere: source.sphere(id)?, id, mask },
             ItemKind::Instance => Self::Instance { instance: id.instance, geometry: source.geometry_index(id), mask },
@@ -60,7 +60,7 @@ struct Level {
 
 impl Level {
     fn build(items: &[Item], source: Source<'_>, padding: Padding, split: KdTreeSplit) -> Result<Self, BuildError> {
-        let bounds = items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.join(&item.bounds));
+        let bounds = items::bounds_of(items);
         let mut primitives = room("primitives", items.len())?;
         primitives.extend(items.iter().filter_map(|item| Primitive::of(item, source)));
         let subtree = build::build(items, &bounds, split)?;

@@ -12,35 +12,18 @@ pub(crate) mod x86;
 #[cfg(target_arch = "x86_64")]
 mod x86_scan;
 
-/// What is still to be visited: child words with the entry distances of their boxes. Has room for [`WIDTH`] entries
-/// more than are used, because vectors are stored whole.
-#[derive(Debug)]
-pub(crate) struct Stack<'a> {
-    pub entry: &'a mut [f32],
-    pub child: &'a mut [u32],
-    pub len: usize,
-}
-
-impl Stack<'_> {
-    #[inline(always)]
-    pub fn push(&mut self, entry: f32, child: u32) {
-        self.entry[self.len] = entry;
-        self.child[self.len] = child;
-        self.len += 1;
-    }
-
-    /// The place for the next vector.
-    #[inline(always)]
-    fn place(&mut self) -> (&mut [f32], &mut [u32]) {
-        let end = self.len + WIDTH;
-        (&mut self.entry[self.len..end], &mut self.child[self.len..end])
-    }
-}
-
 /// An instruction set at work. Values of the types for optional sets exist only where the processor has them.
 pub(crate) trait Simd: Copy {
-    /// Pushes the children whose padded boxes the ray enters within the range, the nearest last.
-    fn push_children(self, node: &Node, ray: &SlabRay, range: (f32, f32), stack: &mut Stack<'_>);
+    /// The children whose padded boxes the ray enters within the range, the nearest last: their entry distances and words,
+    /// and how many there are.
+    fn children(
+        self,
+        node: &Node,
+        ray: &SlabRay,
+        range: (f32, f32),
+        entries: &mut [f32; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> usize;
 
     /// A bit for every triangle that the exact test of [`crate::triangle`] may accept. The sheared corners have the same
     /// bits as there, so what is rejected here would be rejected there.
@@ -66,7 +49,14 @@ pub(crate) struct Portable;
 
 impl Simd for Portable {
     #[inline(always)]
-    fn push_children(self, node: &Node, ray: &SlabRay, (t_min, t_max): (f32, f32), stack: &mut Stack<'_>) {
+    fn children(
+        self,
+        node: &Node,
+        ray: &SlabRay,
+        (t_min, t_max): (f32, f32),
+        entries: &mut [f32; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> usize {
         let (mut enter, mut exit) = ([t_min; WIDTH], [t_max; WIDTH]);
         for (axis, near) in near_rows(ray).into_iter().enumerate() {
             let (first, last) = (&node.rows[near], &node.rows[near ^ 1]);
@@ -76,15 +66,14 @@ impl Simd for Portable {
             }
         }
         let order = node.order[ray.octant];
-        let (entries, children) = stack.place();
         let mut used = 0;
         for i in 0..WIDTH {
             let child = (order >> (3 * i) & 7) as usize;
             entries[used & 7] = enter[child];
-            children[used & 7] = node.children[child];
+            words[used & 7] = node.children[child];
             used += usize::from(enter[child] <= exit[child]);
         }
-        stack.len += used;
+        used
     }
 
     #[inline(always)]

@@ -4,8 +4,8 @@
 
 use std::arch::x86_64::*;
 
+use super::Simd;
 use super::x86_scan::{scan_avx2, scan_avx512};
-use super::{Simd, Stack};
 use crate::bvh::node::{Node, Pack, WIDTH, near_rows};
 use crate::flat::{FlatTriangle, Group, Pairs};
 use crate::isa::SimdKernel;
@@ -32,9 +32,16 @@ pub(crate) fn run_avx512<K: SimdKernel>(kernel: K) -> K::Output {
 
 impl Simd for Avx2 {
     #[inline(always)]
-    fn push_children(self, node: &Node, ray: &SlabRay, range: (f32, f32), stack: &mut Stack<'_>) {
+    fn children(
+        self,
+        node: &Node,
+        ray: &SlabRay,
+        range: (f32, f32),
+        entries: &mut [f32; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> usize {
         // SAFETY: a value of type Avx2 exists only in code that `run_avx2` runs, so the processor has the features.
-        unsafe { push_children_avx2(node, ray, range, stack) }
+        unsafe { children_avx2(node, ray, range, entries, words) }
     }
 
     #[inline(always)]
@@ -62,9 +69,16 @@ impl Simd for Avx2 {
 
 impl Simd for Avx512 {
     #[inline(always)]
-    fn push_children(self, node: &Node, ray: &SlabRay, range: (f32, f32), stack: &mut Stack<'_>) {
+    fn children(
+        self,
+        node: &Node,
+        ray: &SlabRay,
+        range: (f32, f32),
+        entries: &mut [f32; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> usize {
         // SAFETY: a value of type Avx512 exists only in code that `run_avx512` runs, so the processor has the features.
-        unsafe { push_children_avx512(node, ray, range, stack) }
+        unsafe { children_avx512(node, ray, range, entries, words) }
     }
 
     #[inline(always)]
@@ -100,120 +114,119 @@ pub(super) fn prefetch<T>(what: &T) {
     }
 }
 
+// The functions below are not compiled for a set of their own but inlined into code that is: calls would spill vectors.
+
 /// Entry and exit distances of the eight boxes.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-fn intervals(node: &Node, ray: &SlabRay, (t_min, t_max): (f32, f32)) -> (__m256, __m256) {
-    let (mut enter, mut exit) = (_mm256_set1_ps(t_min), _mm256_set1_ps(t_max));
-    for (axis, near) in near_rows(ray).into_iter().enumerate() {
-        let rate = _mm256_set1_ps(ray.rate[axis]);
-        let first = _mm256_fmsub_ps(load8(&node.rows[near]), rate, _mm256_set1_ps(ray.near[axis]));
-        let last = _mm256_fmsub_ps(load8(&node.rows[near ^ 1]), rate, _mm256_set1_ps(ray.far[axis]));
-        enter = _mm256_max_ps(first, enter);
-        exit = _mm256_min_ps(last, exit);
+///
+/// # Safety
+/// The processor has AVX2 and FMA.
+#[inline(always)]
+unsafe fn intervals(node: &Node, ray: &SlabRay, (t_min, t_max): (f32, f32)) -> (__m256, __m256) {
+    // SAFETY: the caller says so; arrays hold eight floats, and the loads need no alignment.
+    unsafe {
+        let rows = near_rows(ray);
+        let near = |axis: usize| {
+            let rate = _mm256_set1_ps(ray.rate[axis]);
+            _mm256_fmsub_ps(_mm256_loadu_ps(node.rows[rows[axis]].as_ptr()), rate, _mm256_set1_ps(ray.near[axis]))
+        };
+        let far = |axis: usize| {
+            let rate = _mm256_set1_ps(ray.rate[axis]);
+            _mm256_fmsub_ps(_mm256_loadu_ps(node.rows[rows[axis] ^ 1].as_ptr()), rate, _mm256_set1_ps(ray.far[axis]))
+        };
+        let enter = _mm256_max_ps(_mm256_max_ps(near(0), near(1)), _mm256_max_ps(near(2), _mm256_set1_ps(t_min)));
+        let exit = _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_set1_ps(t_max)));
+        (enter, exit)
     }
-    (enter, exit)
 }
 
 /// The indices of the children from far to near.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn order_of(node: &Node, ray: &SlabRay) -> __m256i {
-    // Only the lowest three bits of an index count.
-    let word = _mm256_set1_epi32(node.order[ray.octant] as i32);
-    _mm256_srlv_epi32(word, _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21))
-}
-
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn push_children_avx2(node: &Node, ray: &SlabRay, range: (f32, f32), stack: &mut Stack<'_>) {
-    let (enter, exit) = intervals(node, ray, range);
-    let order = order_of(node, ray);
-    let enter = _mm256_permutevar8x32_ps(enter, order);
-    let exit = _mm256_permutevar8x32_ps(exit, order);
-    let entered = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, exit)) as usize;
-    let children = _mm256_permutevar8x32_epi32(load8_words(&node.children), order);
-    let compress = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(COMPRESS[entered & 255] as i64));
-    let (entries, words) = stack.place();
-    store8(entries, _mm256_permutevar8x32_ps(enter, compress));
-    store8_words(words, _mm256_permutevar8x32_epi32(children, compress));
-    stack.len += entered.count_ones() as usize;
-}
-
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw,avx512cd")]
-fn push_children_avx512(node: &Node, ray: &SlabRay, range: (f32, f32), stack: &mut Stack<'_>) {
-    let (enter, exit) = intervals(node, ray, range);
-    let order = order_of(node, ray);
-    let enter = _mm256_permutexvar_ps(order, enter);
-    let exit = _mm256_permutexvar_ps(order, exit);
-    let entered = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, exit);
-    let children = _mm256_permutexvar_epi32(order, load8_words(&node.children));
-    let (entries, words) = stack.place();
-    store8(entries, _mm256_maskz_compress_ps(entered, enter));
-    store8_words(words, _mm256_maskz_compress_epi32(entered, children));
-    stack.len += entered.count_ones() as usize;
-}
-
-#[inline]
-#[target_feature(enable = "avx2")]
-fn candidates_avx2(pack: &Pack, ray: &LocalRay) -> u32 {
-    let [kx, ky, kz] = ray.axes;
-    let origin = ray.axes.map(|axis| ray.origin[axis]);
-    let (ox, oy, oz) = (_mm_set1_ps(origin[0]), _mm_set1_ps(origin[1]), _mm_set1_ps(origin[2]));
-    let (sx, sy) = (_mm_set1_ps(ray.shear[0]), _mm_set1_ps(ray.shear[1]));
-    let mut sheared = [(ox, oy); 3];
-    for (corner, point) in pack.corners.iter().zip(&mut sheared) {
-        let z = _mm_sub_ps(load4(&corner[kz]), oz);
-        let x = _mm_sub_ps(_mm_sub_ps(load4(&corner[kx]), ox), _mm_mul_ps(sx, z));
-        let y = _mm_sub_ps(_mm_sub_ps(load4(&corner[ky]), oy), _mm_mul_ps(sy, z));
-        *point = (x, y);
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn order_of(node: &Node, ray: &SlabRay) -> __m256i {
+    // SAFETY: the caller says so.
+    unsafe {
+        // Only the lowest three bits of an index count.
+        let word = _mm256_set1_epi32(node.order[ray.octant & 7] as i32);
+        _mm256_srlv_epi32(word, _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21))
     }
-    let [(ax, ay), (bx, by), (cx, cy)] = sheared;
-    let u = _mm_sub_ps(_mm_mul_ps(cx, by), _mm_mul_ps(cy, bx));
-    let v = _mm_sub_ps(_mm_mul_ps(ax, cy), _mm_mul_ps(ay, cx));
-    let w = _mm_sub_ps(_mm_mul_ps(bx, ay), _mm_mul_ps(by, ax));
-    let zero = _mm_setzero_ps();
-    let none_positive = _mm_cmple_ps(_mm_max_ps(_mm_max_ps(u, v), w), zero);
-    let none_negative = _mm_cmpge_ps(_mm_min_ps(_mm_min_ps(u, v), w), zero);
-    _mm_movemask_ps(_mm_or_ps(none_positive, none_negative)) as u32
 }
 
-#[inline]
-#[target_feature(enable = "avx2")]
-fn load8(from: &[f32; WIDTH]) -> __m256 {
-    // SAFETY: the array holds eight floats; the load needs no alignment.
-    unsafe { _mm256_loadu_ps(from.as_ptr()) }
+/// # Safety
+/// The processor has the features of [`Avx2`].
+#[inline(always)]
+unsafe fn children_avx2(
+    node: &Node,
+    ray: &SlabRay,
+    range: (f32, f32),
+    entries: &mut [f32; WIDTH],
+    words: &mut [u32; WIDTH],
+) -> usize {
+    // SAFETY: the caller says so; arrays hold eight elements, and loads and stores need no alignment.
+    unsafe {
+        let (enter, exit) = intervals(node, ray, range);
+        let order = order_of(node, ray);
+        let enter = _mm256_permutevar8x32_ps(enter, order);
+        let exit = _mm256_permutevar8x32_ps(exit, order);
+        let entered = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, exit)) as usize;
+        let children = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(node.children.as_ptr().cast()), order);
+        let compress = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(COMPRESS[entered & 255] as i64));
+        _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, compress));
+        _mm256_storeu_si256(words.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(children, compress));
+        entered.count_ones() as usize
+    }
 }
 
-#[inline]
-#[target_feature(enable = "avx2")]
-fn load8_words(from: &[u32; WIDTH]) -> __m256i {
-    // SAFETY: the array holds eight words; the load needs no alignment.
-    unsafe { _mm256_loadu_si256(from.as_ptr().cast()) }
+/// # Safety
+/// The processor has the features of [`Avx512`].
+#[inline(always)]
+unsafe fn children_avx512(
+    node: &Node,
+    ray: &SlabRay,
+    range: (f32, f32),
+    entries: &mut [f32; WIDTH],
+    words: &mut [u32; WIDTH],
+) -> usize {
+    // SAFETY: as in `children_avx2`.
+    unsafe {
+        let (enter, exit) = intervals(node, ray, range);
+        let order = order_of(node, ray);
+        let enter = _mm256_permutexvar_ps(order, enter);
+        let exit = _mm256_permutexvar_ps(order, exit);
+        let entered = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, exit);
+        let children = _mm256_permutexvar_epi32(order, _mm256_loadu_si256(node.children.as_ptr().cast()));
+        _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_maskz_compress_ps(entered, enter));
+        _mm256_storeu_si256(words.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(entered, children));
+        entered.count_ones() as usize
+    }
 }
 
-#[inline]
-#[target_feature(enable = "avx2")]
-fn load4(from: &[f32; 4]) -> __m128 {
-    // SAFETY: the array holds four floats; the load needs no alignment.
-    unsafe { _mm_loadu_ps(from.as_ptr()) }
-}
-
-#[inline]
-#[target_feature(enable = "avx2")]
-fn store8(to: &mut [f32], value: __m256) {
-    assert!(to.len() >= WIDTH);
-    // SAFETY: the slice holds eight floats; the store needs no alignment.
-    unsafe { _mm256_storeu_ps(to.as_mut_ptr(), value) }
-}
-
-#[inline]
-#[target_feature(enable = "avx2")]
-fn store8_words(to: &mut [u32], value: __m256i) {
-    assert!(to.len() >= WIDTH);
-    // SAFETY: the slice holds eight words; the store needs no alignment.
-    unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), value) }
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn candidates_avx2(pack: &Pack, ray: &LocalRay) -> u32 {
+    // SAFETY: the caller says so; arrays hold four floats, and the loads need no alignment.
+    unsafe {
+        let [kx, ky, kz] = ray.axes;
+        let (ox, oy, oz) = (_mm_set1_ps(ray.origin[kx]), _mm_set1_ps(ray.origin[ky]), _mm_set1_ps(ray.origin[kz]));
+        let (sx, sy) = (_mm_set1_ps(ray.shear[0]), _mm_set1_ps(ray.shear[1]));
+        let sheared = |corner: &[[f32; 4]; 3]| {
+            let z = _mm_sub_ps(_mm_loadu_ps(corner[kz].as_ptr()), oz);
+            let x = _mm_sub_ps(_mm_sub_ps(_mm_loadu_ps(corner[kx].as_ptr()), ox), _mm_mul_ps(sx, z));
+            let y = _mm_sub_ps(_mm_sub_ps(_mm_loadu_ps(corner[ky].as_ptr()), oy), _mm_mul_ps(sy, z));
+            (x, y)
+        };
+        let [a, b, c] = &pack.corners;
+        let ((ax, ay), (bx, by), (cx, cy)) = (sheared(a), sheared(b), sheared(c));
+        let u = _mm_sub_ps(_mm_mul_ps(cx, by), _mm_mul_ps(cy, bx));
+        let v = _mm_sub_ps(_mm_mul_ps(ax, cy), _mm_mul_ps(ay, cx));
+        let w = _mm_sub_ps(_mm_mul_ps(bx, ay), _mm_mul_ps(by, ax));
+        let zero = _mm_setzero_ps();
+        let none_positive = _mm_cmple_ps(_mm_max_ps(_mm_max_ps(u, v), w), zero);
+        let none_negative = _mm_cmpge_ps(_mm_min_ps(_mm_min_ps(u, v), w), zero);
+        _mm_movemask_ps(_mm_or_ps(none_positive, none_negative)) as u32
+    }
 }
 
 /// For each set of lanes, their numbers in order, one a byte.
