@@ -30,7 +30,6 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let ok = match args[..] {
         ["test"] => test::run(),
-        ["bench", ref rest @ ..] => bench::run(rest),
         ["gallery", ref rest @ ..] => gallery::run(rest),
         ["bench", ref rest @ ..] => bench::run(rest),
         ["prove"] => prove::list(),
