@@ -292,6 +292,7 @@ impl Measurement<'_> {
             "pilots": measured.pilots.iter().zip(PILOTS).map(|(&(s, e), n)| json!([n, s, e])).collect::<Vec<_>>(),
             "image_mean_off": agreement.image_off,
             "image_mean_excess": agreement.image_excess,
+            "judged": agreement.judged,
             "tiles": agreement.tiles,
             "tiles_disagreeing": agreement.disagreeing,
             "tiles_worst": agreement.worst,
