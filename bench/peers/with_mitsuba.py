@@ -13,6 +13,8 @@ import turns
 
 VERSION = "3.9.1"
 VARIANT = "llvm_ad_rgb"
+# The fastest to equal error of its samplers: half the error of independent samples in the same time on the Cornell box at 64.
+SAMPLER = "multijitter"
 # Of thousands of instances the vectorised variant takes many minutes to make its kernels.
 VARIANT_OF_INSTANCES = "scalar_rgb"
 LLVM_NAMES = ("libLLVM-19.so", "libLLVM.so.19.1")
@@ -230,7 +232,7 @@ def main():
         many = counts(scenes.read(request["scene"])).max() > FEW_COPIES
         variant = VARIANT_OF_INSTANCES if many else VARIANT
         state["mi"].set_variant(variant)
-        renderer = state["renderer"] = Renderer(state["mi"], request["scene"], request["size"])
+        renderer = state["renderer"] = Renderer(state["mi"], request["scene"], request["size"], sampler=SAMPLER)
         name = f"Mitsuba {VERSION} {variant}"
         return {"load": renderer.load_seconds, "build": renderer.build_seconds, "name": name}
 

@@ -232,7 +232,7 @@ fn paper() -> Canvas<3> {
     picture.shade(|p, _| {
         let ring = ((p - 256.0).length() / 24.0).fract();
         let stripe = (p.x / 32.0).floor() % 2.0;
-        let t = 1.0 - (2.0 * ring - 1.0).powi(2);
+        let t = 4.0 * ring * (1.0 - ring);
         [0.5 + 0.3 * t, 0.6 - 0.2 * t + 0.15 * stripe, 0.45 + 0.1 * stripe]
     });
     picture

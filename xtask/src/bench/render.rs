@@ -23,7 +23,7 @@ Renders scenes in turns with every renderer and prints the seconds to a relative
   --scene NAME    this scene (repeat for more; default all)
   --seeds N       pictures of each renderer (default 16)
   --target X      the error (default 1e-3)
-  --limit S       most seconds of a picture (default 60): beyond it the time to the target is extrapolated, and marked
+  --limit S       most seconds of a picture (default 30): beyond it the time to the target is extrapolated, and marked
   --size N        pictures of N x N pixels (default 512)
   --threads N     default 2
   --quick         3 seeds of 64 samples, extrapolated and marked: to see that all works
@@ -36,7 +36,7 @@ const PILOTS: [u64; 2] = [16, 64];
 const REFERENCE_SEED: u64 = 1_000_000;
 /// Independent pictures that make a reference, each of `REFERENCE_FACTOR` times the samples that are measured.
 const REFERENCE_PARTS: u64 = 8;
-const REFERENCE_FACTOR: u64 = 4;
+const REFERENCE_FACTOR: u64 = 2;
 
 /// What the command line asks for.
 #[derive(Debug, PartialEq)]
@@ -59,7 +59,7 @@ impl Wish {
             scenes: Vec::new(),
             seeds: 16,
             target: 1e-3,
-            limit: 60.0,
+            limit: 30.0,
             size: 512,
             threads: 2,
             quick: false,
@@ -292,6 +292,7 @@ impl Measurement<'_> {
             "pilots": measured.pilots.iter().zip(PILOTS).map(|(&(s, e), n)| json!([n, s, e])).collect::<Vec<_>>(),
             "image_mean_off": agreement.image_off,
             "image_mean_excess": agreement.image_excess,
+            "judged": agreement.judged,
             "tiles": agreement.tiles,
             "tiles_disagreeing": agreement.disagreeing,
             "tiles_worst": agreement.worst,

@@ -42,7 +42,7 @@ fn with_interval(value: &Value) -> String {
 
 /// Three digits.
 fn three(v: f64) -> String {
-    let digits = if v > 0.0 && v.is_finite() { (2 - v.log10().floor() as i32).clamp(0, 6) as usize } else { 2 };
+    let digits = if v > 0.0 && v.is_finite() { (2 - libm::log10(v).floor() as i32).clamp(0, 6) as usize } else { 2 };
     format!("{v:.digits$}")
 }
 
@@ -59,10 +59,20 @@ fn rows(result: &Value) -> Vec<[String; 9]> {
             r["mrays_per_second"].as_f64().map(three).unwrap_or_default(),
             format!("{:.2e} / {:.2e}", number(&r["rel_mse"]), number(&r["rel_mse_trimmed"])),
             format!("{mark}{}", with_interval(&r["seconds_to_target"])),
-            format!("{:.2} %, {} of {}", 100.0 * number(&r["image_mean_off"]), r["tiles_disagreeing"], r["tiles"]),
+            means(r),
         ]
     };
     list(&result["renderers"]).iter().map(row).collect()
+}
+
+/// How far the image's mean is from the reference's, and how many tiles are.
+fn means(renderer: &Value) -> String {
+    let image = format!("{:.2} %", 100.0 * number(&renderer["image_mean_off"]));
+    if renderer["judged"] != true {
+        return image;
+    }
+    let allowed = if number(&renderer["image_mean_excess"]) > 1.0 { " (too much)" } else { "" };
+    format!("{image}{allowed}, {} of {}", renderer["tiles_disagreeing"], renderer["tiles"])
 }
 
 const TITLES: [&str; 9] = [
@@ -185,7 +195,7 @@ fn plot(result: &Value) -> String {
         })
         .collect();
     let decades = |axis: usize| {
-        let all = lines.iter().flat_map(|(_, points)| points).map(|p| p[axis].log10());
+        let all = lines.iter().flat_map(|(_, points)| points).map(|p| libm::log10(p[axis]));
         let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
         if low > high { [0.0, 1.0] } else { [low.floor(), high.ceil().max(low.floor() + 1.0)] }
     };
@@ -205,7 +215,7 @@ fn plot(result: &Value) -> String {
             let [a, b] = range[1 - axis].map(|end| place(at(end)));
             let _ = writeln!(svg, "<path d=\"M{:.1} {:.1}L{:.1} {:.1}\" stroke=\"#ddd\"/>", a[0], a[1], b[0], b[1]);
             let label = if (-2..=3).contains(&decade) && axis == 0 {
-                format!("{}", 10f64.powi(decade))
+                format!("{}", libm::pow(10.0, f64::from(decade)))
             } else {
                 format!("1e{decade}")
             };
@@ -216,7 +226,7 @@ fn plot(result: &Value) -> String {
     }
     for (i, (name, points)) in lines.iter().enumerate() {
         let colour = COLOURS[i % COLOURS.len()];
-        let corners: Vec<[f64; 2]> = points.iter().map(|p| place(p.map(f64::log10))).collect();
+        let corners: Vec<[f64; 2]> = points.iter().map(|p| place(p.map(libm::log10))).collect();
         let path: Vec<String> = corners.iter().map(|p| format!("{:.1},{:.1}", p[0], p[1])).collect();
         let _ = writeln!(
             svg,
@@ -254,7 +264,7 @@ mod tests {
     fn result() -> Value {
         let renderer = |name: &str| {
             json!({"name": name, "spp": 64, "build": 0.1, "render_median": 2.0, "errors": [1e-3, 2e-3],
-                   "pilots": [[16, 0.5, 1e-2], [64, 2.0, 2e-3]], "seconds_to_target": [3.0, 2.5, 3.5], "extrapolated": true,
+                   "pilots": [[16, 0.5, 1e-2], [64, 2.0, 2e-3]], "seconds_to_target": [3.0, 2.5, 3.5], "extrapolated": true, "judged": true, "image_mean_excess": 0.5,
                    "tiles": 3, "tiles_disagreeing": 0, "image_mean_off": 0.001, "rel_mse": 1e-3, "rel_mse_trimmed": 9e-4})
         };
         json!({"scene": "x", "size": 512, "threads": 2, "seeds": 2, "target": 1e-3, "renderers": [renderer("A"), renderer("B")],
@@ -270,6 +280,7 @@ mod tests {
             "~3.00 (2.50-3.50)",
             "quick run",
             "over 1 scenes: 0.500",
+            "0.10 %, 0 of 3",
         ] {
             assert!(page.contains(part), "{part} in {page}");
         }

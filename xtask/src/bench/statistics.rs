@@ -1,6 +1,7 @@
 //! Errors of pictures, and how sure they are.
 
 use crate::gallery::inputs::Random;
+use libm::{exp, hypot, log, pow};
 
 /// Keeps the relative error of dark pixels finite.
 const FLOOR: f64 = 0.01;
@@ -11,10 +12,13 @@ const RESAMPLINGS: usize = 4000;
 /// Tiles along each side of a picture when means are compared.
 const TILES: usize = 16;
 
+/// Fewest pictures whose spread tells standard errors.
+const ENOUGH: usize = 8;
+
 /// Relative mean squared error, the mean over pixels and channels of (x - ref)^2 / (ref^2 + 0.01): plain, and without the worst
 /// 0.1 % of the terms.
 pub fn rel_mse(picture: &[f32], reference: &[f32]) -> [f64; 2] {
-    let term = |(&x, &r): (&f32, &f32)| (f64::from(x) - f64::from(r)).powi(2) / (f64::from(r).powi(2) + FLOOR);
+    let term = |(&x, &r): (&f32, &f32)| square(f64::from(x) - f64::from(r)) / (square(f64::from(r)) + FLOOR);
     let mut terms: Vec<f64> = picture.iter().zip(reference).map(term).collect();
     let plain = terms.iter().sum::<f64>() / terms.len() as f64;
     let kept = terms.len() - (terms.len() as f64 * TRIM).ceil() as usize;
@@ -29,12 +33,16 @@ pub fn spread(pictures: &[&[f32]], reference: &[f32]) -> Vec<f64> {
     let mut sums = vec![0.0; pictures.len()];
     for (i, &r) in reference.iter().enumerate() {
         let mean = pictures.iter().map(|p| f64::from(p[i])).sum::<f64>() / n;
-        let weight = 1.0 / (f64::from(r).powi(2) + FLOOR);
+        let weight = 1.0 / (square(f64::from(r)) + FLOOR);
         for (sum, picture) in sums.iter_mut().zip(pictures) {
-            *sum += (f64::from(picture[i]) - mean).powi(2) * weight;
+            *sum += square(f64::from(picture[i]) - mean) * weight;
         }
     }
     sums.iter().map(|sum| sum * n / (n - 1.0) / reference.len() as f64).collect()
+}
+
+fn square(x: f64) -> f64 {
+    x * x
 }
 
 pub fn mean(values: &[f64]) -> f64 {
@@ -52,9 +60,9 @@ pub fn median(values: &[f64]) -> f64 {
 /// Monte Carlo and good point sets do.
 pub fn samples_for(target: f64, pilots: [(f64, f64); 2]) -> f64 {
     let [(n0, e0), (n1, e1)] = pilots;
-    let slope = ((e0 / e1).ln() / (n1 / n0).ln()).clamp(0.9, 1.5);
+    let slope = (log(e0 / e1) / log(n1 / n0)).clamp(0.9, 1.5);
     let slope = if slope.is_nan() { 1.0 } else { slope };
-    n1 * (e1 / target).powf(1.0 / slope)
+    n1 * pow(e1 / target, 1.0 / slope)
 }
 
 /// One renderer's runs of one scene: the seconds and the error of each seed.
@@ -117,13 +125,16 @@ pub fn ratio(ours: &[f64], theirs: &[f64]) -> Vec<f64> {
 /// The geometric mean over scenes.
 pub fn geometric_mean(ratios: &[Vec<f64>]) -> Vec<f64> {
     let Some(first) = ratios.first() else { return Vec::new() };
-    let of = |i: usize| (ratios.iter().map(|r: &Vec<f64>| r[i].ln()).sum::<f64>() / ratios.len() as f64).exp();
+    let of = |i: usize| exp(ratios.iter().map(|r: &Vec<f64>| log(r[i])).sum::<f64>() / ratios.len() as f64);
     (0..first.len()).map(of).collect()
 }
 
 /// How far the mean of pictures is from that of others.
 #[derive(Debug)]
 pub struct Agreement {
+    /// Whether there are enough pictures for their spread to tell the errors of tiles.
+    pub judged: bool,
+    /// Tiles times channels.
     pub tiles: usize,
     /// Tiles and channels farther apart than 1 % of the larger of the reference and 5 % of its image mean, plus 3 standard errors of both.
     pub disagreeing: usize,
@@ -141,11 +152,12 @@ pub fn agreement(ours: &[&[f32]], theirs: &[&[f32]], width: usize) -> Agreement 
     let (whole_a, whole_b) = (tile_moments(ours, width, 1), tile_moments(theirs, width, 1));
     let excess = |i: usize, share: f64, a: &[[f64; 2]], b: &[[f64; 2]]| {
         let base = b[i][0].abs().max(0.05 * whole_b[i % 3][0].abs());
-        (a[i][0] - b[i][0]).abs() / (share * base + 3.0 * a[i][1].hypot(b[i][1])).max(f64::MIN_POSITIVE)
+        (a[i][0] - b[i][0]).abs() / (share * base + 3.0 * hypot(a[i][1], b[i][1])).max(f64::MIN_POSITIVE)
     };
     let all: Vec<f64> = (0..a.len()).map(|i| excess(i, 0.01, &a, &b)).collect();
     let off = |i: usize| (whole_a[i][0] / whole_b[i][0] - 1.0).abs();
     Agreement {
+        judged: ours.len().min(theirs.len()) >= ENOUGH,
         tiles: a.len(),
         disagreeing: all.iter().filter(|&&e| e > 1.0).count(),
         worst: all.into_iter().fold(0.0, f64::max),
@@ -170,7 +182,7 @@ fn tile_moments(pictures: &[&[f32]], width: usize, tiles: usize) -> Vec<[f64; 2]
     }
     let moments = |values: &Vec<f64>| {
         let (m, n) = (mean(values), values.len() as f64);
-        [m, (values.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt()]
+        [m, (values.iter().map(|v| square(v - m)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt()]
     };
     of_each.iter().map(moments).collect()
 }
@@ -216,7 +228,7 @@ mod tests {
     fn pilots_are_extrapolated() {
         assert!((samples_for(1e-3, [(16.0, 0.04), (64.0, 0.01)]) - 640.0).abs() < 1e-6);
         let faster = samples_for(1e-3, [(16.0, 0.08), (64.0, 0.01)]);
-        assert!((faster - 64.0 * 10f64.powf(1.0 / 1.5)).abs() < 1e-6);
+        assert!((faster - 64.0 * pow(10.0, 1.0 / 1.5)).abs() < 1e-6);
         assert!(samples_for(1e-3, [(16.0, 0.0), (64.0, 0.0)]) == 0.0);
     }
 
