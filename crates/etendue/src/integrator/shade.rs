@@ -34,7 +34,11 @@ pub(super) enum Strategy {
 }
 
 /// Edges that a path has before roulette may end it.
-pub(super) const ROULETTE_FROM: u32 = 4;
+pub(super) const ROULETTE_FROM: u32 = 2;
+/// A path survives with its weight times this: early roulette that leaves paths alone until they have lost half. Against
+/// survival by the weight alone from the fourth edge it took 9 to 24 % off rays times error in rooms of diffuse walls, of
+/// glossy bodies and of many lamps; 1 from the second edge lost in the first and won less in the others.
+const GENEROSITY: f32 = 2.0;
 /// Paths survive with at most this probability, so that none is endless in a room that loses nothing. Variance stays finite
 /// while the albedo's square is below it.
 const MAX_SURVIVAL: f32 = 0.999;
@@ -467,7 +471,7 @@ pub(super) fn survives(context: &Context, paths: &mut Paths, path: usize) -> boo
     survivor.is_some()
 }
 
-/// Unbiased Russian roulette (Arvo and Kirk 1990): a path survives with a probability near its weight, and is raised by it.
+/// Unbiased Russian roulette (Arvo and Kirk 1990): a path survives with a probability of twice its weight, and is raised by it.
 /// `eta` is the index of refraction where the path is over that at the camera: the radiance that is squeezed inside
 /// glass is given back when the path leaves, so it is no loss.
 #[inline]
@@ -479,6 +483,6 @@ fn roulette(throughput: Spectrum, eta: f32, u: f32) -> Option<Spectrum> {
 /// The probability with which a path survives roulette.
 #[inline(always)]
 pub(super) fn survival(throughput: Spectrum, eta: f32) -> f32 {
-    let survival = throughput.max_component() * eta * eta;
+    let survival = throughput.max_component() * (eta * eta * GENEROSITY);
     if survival < MAX_SURVIVAL { survival } else { MAX_SURVIVAL }
 }
