@@ -300,7 +300,9 @@ fn nothing_breaks_at_the_edges() {
         };
         let Ok(table) = LightTable::new(vec![light], 1.0) else { continue };
         let u = [0.0, 1.0 - f32::EPSILON / 2.0, rng.f32()][rng.u32() as usize % 3];
-        let Some((_, sample)) = table.sample_circle(&circle, f64::from(u), [u, 1.0 - f32::EPSILON / 2.0]) else { continue };
+        let Some((_, sample)) = table.sample_circle(&circle, f64::from(u), [u, 1.0 - f32::EPSILON / 2.0]) else {
+            continue;
+        };
         met += 1;
         assert!(sample.target.is_some_and(Vec3::is_finite) && (sample.wi.length() - 1.0).abs() < 1e-5);
         assert!(sample.density.value() > 0.0 && sample.density.value().is_finite());

@@ -80,8 +80,7 @@ mod tests {
     #[test]
     fn extents_hold_their_lights() {
         let radiance = Spectrum::ONE;
-        let rectangle =
-            RectangleLight { corner: Vec3::ONE, u: Vec3::X * 2.0, v: Vec3::Z, radiance, two_sided: false };
+        let rectangle = RectangleLight { corner: Vec3::ONE, u: Vec3::X * 2.0, v: Vec3::Z, radiance, two_sided: false };
         let extent = Extent::of(&Light::Rectangle(rectangle)).expect("is somewhere");
         assert_eq!((extent.low, extent.high), (Vec3::ONE, vec3(3.0, 1.0, 2.0)));
         assert_eq!((extent.axis, extent.spread, extent.middle()), (Vec3::NEG_Y, 0.0, vec3(2.0, 1.0, 1.5)));

@@ -73,8 +73,8 @@ impl LightTable {
         let far: Box<[u32]> = far.map(|i| i as u32).collect();
         let far_weights: Vec<f64> = far.iter().map(|i| weights[*i as usize]).collect();
         // Powers are finite and not negative, so the number is all that can be wrong.
-        let selection = Distribution1D::new(&far_weights)
-            .map_err(|_| LightTableError::TooMany { count: far_weights.len() })?;
+        let selection =
+            Distribution1D::new(&far_weights).map_err(|_| LightTableError::TooMany { count: far_weights.len() })?;
         let sources = sources(&lights, &weights);
         let near: f64 = sources.iter().map(|source| weights[source.index as usize]).sum();
         let (sky, suns) = (even.map_or(0.0, |i| weights[i]), far_weights.iter().sum::<f64>());

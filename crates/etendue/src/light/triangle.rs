@@ -1,8 +1,7 @@
 //! Emissive triangles.
 
 use super::{
-    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density,
-    patch::Patch,
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density, patch::Patch,
     planar::Facing, spherical::SphericalTriangle,
 };
 use crate::{

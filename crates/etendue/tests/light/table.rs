@@ -9,8 +9,8 @@ use super::{
 use etendue::{
     bsdf::Density,
     light::{
-        ConstantEnvironment, DirectionalLight, Light, LightContext, LightTable, LightTableError,
-        PointLightSource, RectangleLight, SphereLight, TriangleLight,
+        ConstantEnvironment, DirectionalLight, Light, LightContext, LightTable, LightTableError, PointLightSource,
+        RectangleLight, SphereLight, TriangleLight,
     },
     math::{DVec3, Vec3},
     medium::Segment,
@@ -88,11 +88,12 @@ fn selection_follows_its_probabilities() {
             // Below 1 where a cluster looked brighter from afar than its parts.
             assert!(total < 1.0 + 1e-5 && total > 0.3, "{n} lights from {ctx:?}: {total}");
             tests += 1;
-            let outcome = ChiSquare::new(samples(20_000, 2_000_000)).seed(n as u64 + 1000 * tests).indices(&stated, |rng| {
-                let chosen = table.select(&ctx, rng.f64())?;
-                assert_eq!(chosen.probability, table.probability(&ctx, chosen.index));
-                Some(chosen.index as usize)
-            });
+            let outcome =
+                ChiSquare::new(samples(20_000, 2_000_000)).seed(n as u64 + 1000 * tests).indices(&stated, |rng| {
+                    let chosen = table.select(&ctx, rng.f64())?;
+                    assert_eq!(chosen.probability, table.probability(&ctx, chosen.index));
+                    Some(chosen.index as usize)
+                });
             outcome.assert(1e-3, 7 * contexts().len(), &format!("{n} lights from {ctx:?}"));
         }
     }
@@ -146,6 +147,30 @@ fn no_light_that_shines_is_left_out() {
         }
     }
     assert!(shining > 10_000, "{shining}");
+}
+
+/// Among a thousand scattered lamps one choice says nearly all: importance follows what arrives within a small factor, for clusters
+/// of any size.
+#[test]
+fn scattered_lamps_have_little_variance() {
+    let mut rng = Rng::new(21);
+    let lights: Vec<Light> = (0..1000)
+        .map(|_| {
+            let at = Vec3::new(rng.range(-6.0, 6.0) as f32, rng.range(0.3, 3.8) as f32, rng.range(-6.0, 6.0) as f32);
+            let vertices = [(); 3].map(|()| at + (0.02 * direction(&mut rng)).as_vec3());
+            Light::Triangle(TriangleLight { vertices, radiance: RADIANCE, two_sided: false })
+        })
+        .collect();
+    let table = LightTable::new(lights, 8.0).unwrap();
+    for _ in 0..20 {
+        let point = Vec3::new(rng.range(-4.0, 4.0) as f32, 0.0, rng.range(-4.0, 4.0) as f32);
+        let ctx = LightContext { point, normal: Vec3::Y, transmits: false };
+        let estimate: Moments =
+            (0..4000).map(|_| gathered(table.sample(&ctx, rng.f64(), rng.f32x2()), DVec3::Y)).collect();
+        // Choices by power alone would have a relative variance above 20.
+        let relative = estimate.variance() / (estimate.mean() * estimate.mean());
+        assert!(relative < 4.0, "relative variance {relative} at {point}");
+    }
 }
 
 /// Near lights that face the point are chosen more often than others of the same power.
@@ -251,13 +276,7 @@ fn a_million_lights() {
             }
         }
     }
-    let whole = RectangleLight {
-        corner: corner(0, 0),
-        u: Vec3::Y,
-        v: Vec3::X,
-        radiance: RADIANCE,
-        two_sided: false,
-    };
+    let whole = RectangleLight { corner: corner(0, 0), u: Vec3::Y, v: Vec3::X, radiance: RADIANCE, two_sided: false };
     let ctx = LightContext { point: Vec3::new(0.2, 0.1, 0.3), normal: Vec3::new(0.6, 0.0, 0.8), transmits: false };
     let expected = closed_form(&Light::Rectangle(whole), ctx.point, double(ctx.normal));
     let table = LightTable::new(lights, 2.0).unwrap();
@@ -316,7 +335,8 @@ fn lights_at_infinity() {
     let surface = LightContext { point: Vec3::ZERO, normal: Vec3::Y, transmits: false };
     let glass = LightContext { transmits: true, ..surface };
     let medium = LightContext { normal: Vec3::ZERO, ..surface };
-    for (ctx, shares) in [(surface, [0.5 / 1.8, 0.5 / 1.8, 4.0 / 9.0]), (glass, [0.5, 0.5, 0.0]), (medium, [0.5, 0.5, 0.0])]
+    for (ctx, shares) in
+        [(surface, [0.5 / 1.8, 0.5 / 1.8, 4.0 / 9.0]), (glass, [0.5, 0.5, 0.0]), (medium, [0.5, 0.5, 0.0])]
     {
         let found = [0, 1, 2].map(|i| table.probability(&ctx, i));
         assert!((0..3).all(|i| (found[i] - shares[i]).abs() < 1e-6), "{found:?} {shares:?}");

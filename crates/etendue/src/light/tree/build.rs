@@ -45,15 +45,7 @@ impl Cluster {
     }
 
     #[expect(clippy::too_many_arguments, reason = "the fields, in order")]
-    fn boxed(
-        low: Vec3,
-        high: Vec3,
-        axis: Vec3,
-        spread: f32,
-        beyond: f32,
-        two_sided: bool,
-        power: f32,
-    ) -> Self {
+    fn boxed(low: Vec3, high: Vec3, axis: Vec3, spread: f32, beyond: f32, two_sided: bool, power: f32) -> Self {
         let center = low * 0.5 + high * 0.5;
         let extent = (high - center).abs().max((center - low).abs());
         // A little more, for the rounding of lights and points.
@@ -99,8 +91,7 @@ struct Sum {
 }
 
 impl Sum {
-    const NONE: Self =
-        Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, axes: Vec3::ZERO, power: 0.0, count: 0 };
+    const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY, axes: Vec3::ZERO, power: 0.0, count: 0 };
 
     fn add(&mut self, source: &Source) {
         let Extent { low, high, axis, spread, .. } = source.extent;
@@ -215,7 +206,9 @@ fn children(sources: &mut [Source], level: usize) -> Vec<&mut [Source]> {
     let mut parts = vec![sources];
     while parts.len() < WIDE {
         // The part with the most lights: levels stay few.
-        let Some(most) = (0..parts.len()).filter(|i| parts[*i].len() > 1).max_by_key(|i| parts[*i].len()) else { break };
+        let Some(most) = (0..parts.len()).filter(|i| parts[*i].len() > 1).max_by_key(|i| parts[*i].len()) else {
+            break;
+        };
         let part = parts.swap_remove(most);
         let at = cut(part, balanced);
         let (first, second) = part.split_at_mut(at);
