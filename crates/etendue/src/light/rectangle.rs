@@ -34,7 +34,6 @@ const RIGHT_ANGLE: f64 = 1e-6;
 const SMALLEST_RECTANGLE: f64 = 1e-8;
 
 /// How the light looks from a context.
-#[expect(clippy::large_enum_variant, reason = "lives on the stack, for one sample")]
 enum View {
     Patch(Patch),
     Rectangle(SphericalRectangle),
