@@ -35,7 +35,6 @@ const RIGHT_ANGLE: f64 = 1e-6;
 const SMALLEST_RECTANGLE: f64 = 1e-8;
 
 /// How the light looks from a context, where the map of rectangles does not serve.
-#[expect(clippy::large_enum_variant, reason = "lives on the stack, for one sample")]
 enum Unmapped {
     Patch(Patch),
     Triangles(TrianglePair),

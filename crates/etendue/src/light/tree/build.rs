@@ -44,7 +44,6 @@ impl Cluster {
         Self::boxed(low, high, axis, spread, beyond, two_sided, source.power)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the fields, in order")]
     fn boxed(low: Vec3, high: Vec3, axis: Vec3, spread: f32, beyond: f32, two_sided: bool, power: f32) -> Self {
         let center = low * 0.5 + high * 0.5;
         let extent = (high - center).abs().max((center - low).abs());
