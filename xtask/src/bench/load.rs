@@ -223,7 +223,7 @@ fn interval(values: &mut [f64]) -> [f64; 3] {
     let median = 0.5 * (values[(count - 1) / 2] + values[count / 2]);
     // The most values that may be left out at each end: the chance that fewer heads than that fall in `count` throws stays
     // within 2.5 %.
-    let (mut term, mut sum, mut out) = (0.5f64.powi(count as i32), 0.0, 0);
+    let (mut term, mut sum, mut out) = ((0..count).fold(1.0, |chance, _| 0.5 * chance), 0.0, 0);
     while out < (count - 1) / 2 && sum + term <= 0.025 {
         sum += term;
         out += 1;

@@ -15,6 +15,8 @@
 //! What the header declares is checked against the bytes that follow before anything is allocated for it: memory is at most
 //! a small multiple of the file, and time linear in it (concave polygons aside, whose work is bounded).
 
+#[cfg(test)]
+mod agree;
 mod columns;
 mod elements;
 mod fixed;
