@@ -7,6 +7,7 @@ use crate::bounds::Bounds;
 use crate::brute;
 use crate::bvh::{self, Bvh};
 use crate::error::BuildError;
+use crate::flat::{self, Flat};
 use crate::geometry::World;
 use crate::isa::{Isa, Kernel, dispatch, run};
 use crate::items;
@@ -29,7 +30,7 @@ pub enum AcceleratorKind {
     Brute,
     /// Splits space.
     KdTree(KdTreeSplit),
-    /// Boxes in boxes, eight at a time: the fastest.
+    /// Boxes in boxes, eight at a time: the fastest. A world of few primitives is traced without any box.
     Bvh,
 }
 
@@ -86,6 +87,8 @@ enum Structure {
     Brute,
     KdTree(KdTree),
     Bvh(Bvh),
+    /// Instead of a tree that would be no faster.
+    Flat(Flat),
 }
 
 /// A world ready for rays. Immutable; any number of threads may use it at once.
@@ -106,11 +109,12 @@ impl Accelerator {
             .thread_name(|index| format!("build-{index}"))
             .build()
             .map_err(|error| BuildError::Threads { threads, reason: error.to_string() })?;
-        let (structure, bounds) = pool.install(|| items::check(world).and_then(|()| Self::structure(world, kind)))?;
+        let (structure, bounds) =
+            pool.install(|| items::check(world).and_then(|()| Self::structure(world, kind, isa)))?;
         Ok(Self { world: world.clone(), structure, bounds, isa })
     }
 
-    fn structure(world: &World, kind: AcceleratorKind) -> Result<(Structure, Bounds), BuildError> {
+    fn structure(world: &World, kind: AcceleratorKind, isa: Isa) -> Result<(Structure, Bounds), BuildError> {
         Ok(match kind {
             AcceleratorKind::Brute => (Structure::Brute, items::world_bounds(world)?),
             AcceleratorKind::KdTree(split) => {
@@ -119,6 +123,10 @@ impl Accelerator {
                 (Structure::KdTree(tree), bounds)
             }
             AcceleratorKind::Bvh => {
+                if let Some(flat) = Flat::build(world, isa.usable())? {
+                    let bounds = flat.bounds();
+                    return Ok((Structure::Flat(flat), bounds));
+                }
                 let bvh = Bvh::build(world)?;
                 let bounds = bvh.bounds();
                 (Structure::Bvh(bvh), bounds)
@@ -151,6 +159,7 @@ impl Accelerator {
             Structure::Brute => run(self.isa, BruteTrace::<_, ANY> { world, rays, finish }),
             Structure::KdTree(tree) => run(self.isa, kd::Trace::<_, ANY> { world, tree, rays, finish }),
             Structure::Bvh(bvh) => dispatch(self.isa, bvh::Trace::<_, ANY> { world, bvh, rays, finish }),
+            Structure::Flat(flat) => dispatch(self.isa, flat::Trace::<_, ANY> { flat, rays, finish }),
         }
     }
 
@@ -172,6 +181,7 @@ impl Accelerator {
             Structure::Brute => (0, 0, 0),
             Structure::KdTree(tree) => (tree.nodes(), tree.bytes(), tree.depth()),
             Structure::Bvh(bvh) => (bvh.nodes(), bvh.bytes(), bvh.depth()),
+            Structure::Flat(flat) => (0, flat.bytes(), 0),
         };
         Stats { nodes, primitives, bytes, depth }
     }

@@ -22,7 +22,7 @@ impl Isa {
 
     /// The best set of this processor.
     pub fn detect() -> Self {
-        Self::Avx512.or_lower()
+        Self::Avx512.usable()
     }
 
     /// Every set that this processor can run, slowest first.
@@ -32,11 +32,11 @@ impl Isa {
 
     /// True if this processor can run the set.
     pub fn is_available(self) -> bool {
-        self.or_lower() == self
+        self.usable() == self
     }
 
     /// This set, or the best one below it that the processor has.
-    fn or_lower(self) -> Self {
+    pub(crate) fn usable(self) -> Self {
         #[cfg(target_arch = "x86_64")]
         {
             if self >= Self::Avx512 && x86_has_avx512() {
@@ -116,15 +116,15 @@ impl<K: Kernel> SimdKernel for Plain<K> {
 
 /// The dispatcher: every kernel, of this crate or of another, gets its instruction set here.
 pub(crate) fn dispatch<K: SimdKernel>(isa: Isa, kernel: K) -> K::Output {
-    match isa.or_lower() {
+    match isa.usable() {
         #[cfg(target_arch = "x86_64")]
         Isa::Avx512 => {
-            // SAFETY: `or_lower` gives Avx512 only if the processor has all its features.
+            // SAFETY: `usable` gives Avx512 only if the processor has all its features.
             unsafe { crate::simd::x86::run_avx512(kernel) }
         }
         #[cfg(target_arch = "x86_64")]
         Isa::Avx2 => {
-            // SAFETY: `or_lower` gives Avx2 only if the processor has all its features.
+            // SAFETY: `usable` gives Avx2 only if the processor has all its features.
             unsafe { crate::simd::x86::run_avx2(kernel) }
         }
         _ => kernel.run(Portable),

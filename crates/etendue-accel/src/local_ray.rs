@@ -27,25 +27,30 @@ impl LocalRay {
     /// direction of length 0.
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Option<Self> {
-        let [x, y, z] = direction.map(f32::abs);
-        let major = if x >= y && x >= z {
-            0
-        } else if y >= z {
-            1
-        } else {
-            2
-        };
-        // A NaN anywhere makes a comparison false.
-        let in_range = |d: f32| d.abs() <= 1.0 / DIRECTION_LIMIT;
-        let traceable = origin.iter().all(|o| o.abs() <= COORDINATE_LIMIT)
-            && direction.iter().all(|&d| in_range(d))
-            && direction[major].abs() >= DIRECTION_LIMIT;
-        if !traceable {
-            return None;
-        }
+        let major = Self::major_axis(origin, direction)?;
         let axes = [(major + 1) % 3, (major + 2) % 3, major];
         let [dx, dy, dz] = axes.map(|axis| direction[axis]);
         Some(Self { origin, direction, axes, shear: [dx / dz, dy / dz, 1.0 / dz] })
+    }
+
+    /// The axis of the direction's largest component; `None` for a ray that hits nothing by definition.
+    #[inline(always)]
+    pub fn major_axis(origin: [f32; 3], direction: [f32; 3]) -> Option<usize> {
+        let (x, y, z) = (direction[0].abs(), direction[1].abs(), direction[2].abs());
+        // Without branches: directions are as good as random.
+        let (x_first, y_second) = ((x >= y) & (x >= z), y >= z);
+        let major = usize::from(!x_first) * (2 - usize::from(y_second));
+        // A NaN anywhere makes a comparison false.
+        let near = |o: f32| o.abs() <= COORDINATE_LIMIT;
+        let in_range = |d: f32| d <= 1.0 / DIRECTION_LIMIT;
+        let traceable = near(origin[0])
+            & near(origin[1])
+            & near(origin[2])
+            & in_range(x)
+            & in_range(y)
+            & in_range(z)
+            & (greatest(greatest(x, y), z) >= DIRECTION_LIMIT);
+        traceable.then_some(major)
     }
 
     /// The ray in the space of an instance, with the same parameter t.

@@ -34,35 +34,43 @@ impl Search {
         if self.best.is_hit() { self.best } else { Hit::MISS }
     }
 
-    /// Tests a triangle. True if it is hit within the range, best or not.
+    /// Tests a triangle. True if it is the best so far.
     #[inline(always)]
     pub fn triangle(&mut self, ray: &LocalRay, vertices: &[[f32; 3]; 3], id: PrimitiveId) -> bool {
-        match triangle::intersect(ray, vertices) {
-            Some(found) if id != self.skip => self.offer(Hit { t: found.t, u: found.u, v: found.v, id }),
+        match triangle::intersect(ray, vertices, (self.t_min, self.best.t)) {
+            Some((t, edges)) if id != self.skip && self.is_better(t, id) => {
+                let [u, v] = triangle::weights(edges);
+                self.best = Hit { t, u, v, id };
+                true
+            }
             _ => false,
         }
     }
 
-    /// Tests a sphere. True if it is hit within the range, best or not.
+    /// Tests a sphere. True if it is the best so far.
     #[inline(always)]
     pub fn sphere(&mut self, ray: &LocalRay, sphere: &Sphere, id: PrimitiveId) -> bool {
         let Some([near, far]) = sphere::intersect(ray, sphere) else { return false };
         let offer = |search: &mut Self, t| search.offer(Hit { t, u: 0.0, v: 0.0, id });
         if id == self.skip {
-            return sphere::points_inward(ray, sphere) && offer(self, far);
+            return sphere::points_inward(ray.origin, ray.direction, sphere) && offer(self, far);
         }
         offer(self, near) || offer(self, far)
     }
 
     #[inline(always)]
     fn offer(&mut self, hit: Hit) -> bool {
-        if !(hit.t > self.t_min && hit.t < self.t_max) {
-            return false;
-        }
-        if hit.t < self.best.t || (hit.t == self.best.t && hit.id < self.best.id) {
+        let better = self.is_better(hit.t, hit.id);
+        if better {
             self.best = hit;
         }
-        true
+        better
+    }
+
+    #[inline(always)]
+    fn is_better(&self, t: f32, id: PrimitiveId) -> bool {
+        let nearer = t < self.best.t || (t == self.best.t && id < self.best.id);
+        t > self.t_min && t < self.t_max && nearer
     }
 }
 
@@ -85,7 +93,7 @@ mod tests {
         for rotation in 0..4 {
             let (mut search, local) = Search::start(&ray([0.0, 0.0, 1.0], [0.0, 0.0, -1.0])).unwrap();
             for i in 0..4 {
-                assert!(search.triangle(&local, &face, ids[(i + rotation) % 4]));
+                search.triangle(&local, &face, ids[(i + rotation) % 4]);
             }
             assert_eq!(search.hit().id, id(0, 7));
         }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::*;
-use etendue_accel::{Geometry, Hit, Instance, PrimitiveId, Ray, Sphere, World};
+use etendue_accel::{Accelerator, AcceleratorKind, Geometry, Hit, Instance, Isa, PrimitiveId, Ray, Sphere, World};
 
 /// Rays are compared in slices of this length; odd, so that slices end anywhere.
 const SLICE: usize = 997;
@@ -341,6 +341,70 @@ fn dense_soup() {
     check("dense soup", &world);
 }
 
+/// So few that there is no tree: every kind of primitive, masks, coincident and degenerate faces.
+#[test]
+fn few_primitives() {
+    let mut rng = Rng(18);
+    let grid = subdivided_box(1);
+    let twice = mesh(grid.positions.to_vec(), grid.indices.iter().chain(grid.indices.iter()).copied().collect());
+    let (a, b) = (rng.point(1.0), rng.point(1.0));
+    let degenerate = mesh(
+        vec![a, b, scale(add(a, b), 0.5), add(scale(add(a, b), 0.5), rng.point(1e-7))],
+        vec![[0, 1, 2], [0, 1, 3], [1, 1, 0], [2, 2, 2]],
+    );
+    let masked = |geometry| Instance { mask: 2, ..plain(geometry) };
+    let balls = spheres(vec![Sphere { center: b, radius: 0.5 }, Sphere { center: scale(b, 0.5), radius: 0.4 }]);
+    let flat = [
+        World { geometries: vec![triangles(&grid)], instances: vec![plain(0)] },
+        World { geometries: vec![balls, triangles(&grid)], instances: vec![masked(0), plain(1), plain(0)] },
+        World { geometries: vec![triangles(&subdivided_box(3))], instances: vec![plain(0)] },
+        World {
+            geometries: vec![triangles(&grid), triangles(&twice), soup(&mut rng, 12, 0.4)],
+            instances: vec![masked(0), plain(1), plain(2), masked(2)],
+        },
+        World {
+            geometries: vec![triangles(&degenerate), soup(&mut rng, 7, 1e-3)],
+            instances: vec![plain(1), plain(0)],
+        },
+        World {
+            geometries: vec![
+                spheres(vec![Sphere { center: a, radius: 0.3 }, Sphere { center: a, radius: 0.3 }]),
+                triangles(&grid),
+                triangles(&mesh(vec![], vec![])),
+                spheres(vec![Sphere { center: b, radius: 0.2 }, Sphere { center: [0.0; 3], radius: 0.999_9 }]),
+            ],
+            instances: vec![masked(3), plain(2), plain(1), masked(0), plain(0), plain(3)],
+        },
+    ];
+    for (index, world) in flat.iter().enumerate() {
+        let tree = Accelerator::build(world, AcceleratorKind::Bvh, Isa::Avx512, 1).unwrap();
+        assert!(!Isa::Avx512.is_available() || tree.stats().nodes == 0, "{index}: a tree");
+        let found = compare("few primitives", world, ray_count() / 8, index as u64);
+        assert!(found > ray_count() / 80, "{index}: {found}");
+    }
+}
+
+/// At the limits of what goes without a tree, and slices of any length.
+#[test]
+fn limits_and_lengths() {
+    let mut rng = Rng(19);
+    for count in [1, 31, 32, 33, 63, 64, 65, 127, 128, 129] {
+        let world = World { geometries: vec![soup(&mut rng, count, 0.5)], instances: vec![plain(0)] };
+        compare("limits", &world, 2000, count as u64);
+        let accelerators = all_accelerators(&world);
+        let rays: Vec<Ray> = (0..600).map(|_| ray(rng.point(2.0), rng.direction())).collect();
+        let mut expected = vec![Hit::MISS; rays.len()];
+        accelerators[0].1.closest_hits(&rays, &mut expected);
+        for (kind, accelerator) in &accelerators {
+            for length in [0, 1, 2, 15, 16, 17, 33, 511, 512, 513] {
+                let mut hits = vec![Hit { t: -1.0, ..Hit::MISS }; length];
+                accelerator.closest_hits(&rays[..length], &mut hits);
+                assert!(hits.iter().zip(&expected).all(|(a, b)| bits(a) == bits(b)), "{kind}, {length} rays");
+            }
+        }
+    }
+}
+
 #[test]
 fn nothing_to_hit() {
     let worlds = [
@@ -363,7 +427,6 @@ fn nothing_to_hit() {
 /// Large enough that the wide tree keeps several rays in flight.
 #[test]
 fn larger_than_the_cache() {
-    use etendue_accel::{Accelerator, AcceleratorKind, Isa};
     let world = World {
         geometries: vec![triangles(&ball(7)), triangles(&subdivided_box(3))],
         instances: vec![plain(0), placed(1, [[0.3, 0.0, 0.0], [0.0, 0.2, 0.2], [0.0, -0.2, 0.2]], [0.2; 3])],

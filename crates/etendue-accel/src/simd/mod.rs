@@ -1,12 +1,16 @@
-//! The two vector operations of traversal, for every instruction set: eight boxes, and the filter of four triangles.
+//! The vector operations of traversal, for every instruction set: eight boxes, the filter of four triangles, and the
+//! filter of sixteen rays on many.
 
 use crate::bounds::{greatest, least};
 use crate::bvh::node::{LANES, Node, Pack, WIDTH, near_rows};
+use crate::flat::{self, FlatTriangle, Group, Pairs};
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;
+#[cfg(target_arch = "x86_64")]
+mod x86_scan;
 
 /// An instruction set at work. Values of the types for optional sets exist only where the processor has them.
 pub(crate) trait Simd: Copy {
@@ -24,6 +28,16 @@ pub(crate) trait Simd: Copy {
     /// A bit for every triangle that the exact test of [`crate::triangle`] may accept. The sheared corners have the same
     /// bits as there, so what is rejected here would be rejected there.
     fn candidates(self, pack: &Pack, ray: &LocalRay) -> u32;
+
+    /// Lists the pairs of a triangle and a ray of the group that the exact test of [`crate::triangle`] may accept as the
+    /// closest hit, at most [`flat::LIMIT`] triangles. The axis is that of the rays' largest components. With `ANY` gives
+    /// a bit for every ray that is certain to hit something within its range, and lists pairs for the others only.
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        triangles: &[FlatTriangle],
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32;
 
     /// Asks for the first cache lines of something that will be read soon.
     fn prefetch<T>(self, what: &T);
@@ -83,6 +97,16 @@ impl Simd for Portable {
             found |= u32::from(same_side) << i;
         }
         found
+    }
+
+    #[inline(always)]
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        triangles: &[FlatTriangle],
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32 {
+        flat::scan::<AXIS, ANY>(triangles, rays, pairs)
     }
 
     #[cfg(target_arch = "x86_64")]

@@ -5,7 +5,9 @@
 use std::arch::x86_64::*;
 
 use super::Simd;
+use super::x86_scan::{scan_avx2, scan_avx512};
 use crate::bvh::node::{Node, Pack, WIDTH, near_rows};
+use crate::flat::{FlatTriangle, Group, Pairs};
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
@@ -49,6 +51,17 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        triangles: &[FlatTriangle],
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32 {
+        // SAFETY: as above.
+        unsafe { scan_avx2::<AXIS, ANY>(triangles, rays, pairs) }
+    }
+
+    #[inline(always)]
     fn prefetch<T>(self, what: &T) {
         prefetch(what);
     }
@@ -72,6 +85,17 @@ impl Simd for Avx512 {
     fn candidates(self, pack: &Pack, ray: &LocalRay) -> u32 {
         // SAFETY: as above; the features of AVX2 are among those of Avx512.
         unsafe { candidates_avx2(pack, ray) }
+    }
+
+    #[inline(always)]
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        triangles: &[FlatTriangle],
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32 {
+        // SAFETY: as above.
+        unsafe { scan_avx512::<AXIS, ANY>(triangles, rays, pairs) }
     }
 
     #[inline(always)]
@@ -206,7 +230,7 @@ unsafe fn candidates_avx2(pack: &Pack, ray: &LocalRay) -> u32 {
 }
 
 /// For each set of lanes, their numbers in order, one a byte.
-static COMPRESS: [u64; 256] = {
+pub(super) static COMPRESS: [u64; 256] = {
     let mut table = [0; 256];
     let mut set = 0;
     while set < 256 {

@@ -1,0 +1,138 @@
+//! Worlds of few primitives, without a tree: sixteen rays at a time meet one primitive after the other.
+//!
+//! Rays are sorted by the axis of their direction's largest component, which is the only thing that the test of a
+//! triangle branches on; rays of one axis fill the lanes of vectors, whether they are near one another or not. A first
+//! pass in f32 tests all triangles and lists the pairs of ray and triangle that may be hits; the exact test decides the
+//! listed pairs in full vectors. Nothing depends on where rays go, so there is nothing to mispredict.
+
+mod scan;
+mod settle;
+mod sphere;
+mod trace;
+
+use crate::bounds::Bounds;
+use crate::error::{BuildError, room};
+use crate::geometry::{Geometry, Sphere, World};
+use crate::isa::Isa;
+use crate::items;
+use crate::ray::PrimitiveId;
+
+pub(crate) use scan::{Group, LANES, Pairs, scan};
+pub(crate) use trace::Trace;
+
+/// Most primitives of a flat world, as triangles; `cost` may be lower still.
+pub(crate) const LIMIT: usize = 128;
+
+/// A sphere costs as much as this many triangles.
+const SPHERE_COST: usize = 4;
+
+/// The place of a primitive in the order of ids, from 1; 0 is none.
+pub(crate) type Order = u32;
+
+/// A triangle as the first pass reads it, lane by lane the same.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FlatTriangle {
+    /// By vertex and axis.
+    pub corners: [[f32; 3]; 3],
+    /// Of the instance.
+    pub mask: u32,
+    pub order: Order,
+}
+
+/// A sphere.
+#[derive(Clone, Copy, Debug)]
+struct FlatSphere {
+    sphere: Sphere,
+    mask: u32,
+    order: Order,
+}
+
+/// All primitives of a world, in the order of their ids.
+#[derive(Debug)]
+pub(crate) struct Flat {
+    triangles: Vec<FlatTriangle>,
+    spheres: Vec<FlatSphere>,
+    /// By order less one.
+    ids: Vec<PrimitiveId>,
+    /// The order of the first primitive of each instance, and one more.
+    starts: Vec<Order>,
+    bounds: Bounds,
+}
+
+/// The most triangles for which no tree is faster, by measurement on incoherent rays.
+fn most(isa: Isa) -> usize {
+    match isa {
+        Isa::Portable => 32,
+        Isa::Avx2 => 64,
+        Isa::Avx512 => LIMIT,
+    }
+}
+
+impl Flat {
+    /// The world as a list; `None` if it has too many primitives, or transformed instances. The world has been checked.
+    pub fn build(world: &World, isa: Isa) -> Result<Option<Self>, BuildError> {
+        let limit = most(isa);
+        let cost = |geometry: &Geometry| match geometry {
+            Geometry::Triangles(mesh) => mesh.indices.len(),
+            Geometry::Spheres(spheres) => spheres.len().saturating_mul(SPHERE_COST),
+        };
+        let costs = world.instances.iter().map(|instance| cost(&world.geometries[instance.geometry as usize]));
+        let simple = world.instances.len() <= limit
+            && world.instances.iter().all(|instance| instance.transform.is_none())
+            && costs.fold(0, usize::saturating_add) <= limit;
+        if !simple {
+            return Ok(None);
+        }
+        let bounds = items::world_bounds(world)?;
+        let mut flat = Self {
+            triangles: room("triangles", limit)?,
+            spheres: room("spheres", limit)?,
+            ids: room("primitives", limit)?,
+            starts: room("instances", limit + 1)?,
+            bounds,
+        };
+        for (index, instance) in world.instances.iter().enumerate() {
+            let geometry = &world.geometries[instance.geometry as usize];
+            let (first, mask) = (flat.ids.len() as Order + 1, instance.mask);
+            flat.starts.push(first);
+            let numbered = 0..geometry.len() as u32;
+            flat.ids.extend(numbered.map(|primitive| PrimitiveId { instance: index as u32, primitive }));
+            match geometry {
+                Geometry::Triangles(mesh) => flat.triangles.extend((0..mesh.indices.len()).map(|face| FlatTriangle {
+                    corners: mesh.corners(face),
+                    mask,
+                    order: first + face as Order,
+                })),
+                Geometry::Spheres(spheres) => {
+                    flat.spheres.extend(spheres.iter().enumerate().map(|(i, &sphere)| FlatSphere {
+                        sphere,
+                        mask,
+                        order: first + i as Order,
+                    }))
+                }
+            }
+        }
+        flat.starts.push(flat.ids.len() as Order + 1);
+        Ok(Some(flat))
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.triangles[..])
+            + size_of_val(&self.spheres[..])
+            + size_of_val(&self.ids[..])
+            + size_of_val(&self.starts[..])
+    }
+
+    /// Where an id stands; 0 if it names nothing.
+    #[inline(always)]
+    fn order_of(&self, id: PrimitiveId) -> Order {
+        let Some(&[first, next]) = self.starts.get(id.instance as usize..).and_then(|rest| rest.first_chunk()) else {
+            return 0;
+        };
+        if id.primitive < next - first { first + id.primitive } else { 0 }
+    }
+}
