@@ -1,5 +1,5 @@
 //! Ray traversal: triangles, spheres and instances in brute force, a kd-tree and an 8-wide BVH behind one interface
-//! that takes slices of rays.
+//! that takes slices of rays. A world of few primitives is traced without a tree.
 //!
 //! Every accelerator calls the same primitive tests and breaks ties by (t, instance, primitive), so all of them give
 //! the same hits, bit for bit, on every instruction set.

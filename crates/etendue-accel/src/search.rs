@@ -38,13 +38,20 @@ impl Search {
     #[inline(always)]
     pub fn triangle(&mut self, ray: &LocalRay, vertices: &[[f32; 3]; 3], id: PrimitiveId) -> bool {
         match triangle::intersect(ray, vertices, (self.t_min, self.best.t)) {
-            Some((t, edges)) if id != self.skip && self.is_better(t, id) => {
-                let [u, v] = triangle::weights(edges);
-                self.best = Hit { t, u, v, id };
-                true
-            }
-            _ => false,
+            Some((t, edges)) => self.crossing(t, edges, id),
+            None => false,
         }
+    }
+
+    /// Takes a triangle that the exact test has decided, NaN for a miss. True if it is the best so far.
+    #[inline(always)]
+    pub fn crossing(&mut self, t: f32, edges: [f64; 3], id: PrimitiveId) -> bool {
+        if !(self.is_better(t, id) && id != self.skip) {
+            return false;
+        }
+        let [u, v] = triangle::weights(edges);
+        self.best = Hit { t, u, v, id };
+        true
     }
 
     /// Tests a sphere. True if it is the best so far.

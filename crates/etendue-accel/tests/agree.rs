@@ -388,7 +388,7 @@ fn few_primitives() {
 #[test]
 fn limits_and_lengths() {
     let mut rng = Rng(19);
-    for count in [1, 31, 32, 33, 63, 64, 65, 127, 128, 129] {
+    for count in [1, 47, 48, 49, 127, 128, 129, 191, 192, 193] {
         let world = World { geometries: vec![soup(&mut rng, count, 0.5)], instances: vec![plain(0)] };
         compare("limits", &world, 2000, count as u64);
         let accelerators = all_accelerators(&world);

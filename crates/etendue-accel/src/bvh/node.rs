@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::bounds::Bounds;
+use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
 
 /// Children of a node.
@@ -116,8 +117,24 @@ pub(crate) struct Pack {
 impl Pack {
     pub const EMPTY: Self = Self { corners: [[[f32::NAN; LANES]; 3]; 3], primitive: [0; LANES] };
 
-    /// The corners of one triangle.
+    /// The sheared corners.
     #[inline(always)]
+    pub fn sheared(&self, ray: &LocalRay) -> [[[f32; LANES]; 3]; 3] {
+        let [kx, ky, kz] = ray.axes;
+        let mut sheared = [[[0.0; LANES]; 3]; 3];
+        for (corner, [x, y, depth]) in self.corners.iter().zip(&mut sheared) {
+            for i in 0..LANES {
+                let z = corner[kz][i] - ray.origin[kz];
+                x[i] = (corner[kx][i] - ray.origin[kx]) - ray.shear[0] * z;
+                y[i] = (corner[ky][i] - ray.origin[ky]) - ray.shear[1] * z;
+                depth[i] = ray.shear[2] * z;
+            }
+        }
+        sheared
+    }
+
+    /// The corners of one triangle.
+    #[cfg(test)]
     pub fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
         std::array::from_fn(|corner| std::array::from_fn(|axis| self.corners[corner][axis][lane]))
     }

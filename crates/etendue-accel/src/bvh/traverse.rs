@@ -14,6 +14,7 @@ use crate::padding::SlabRay;
 use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::search::Search;
 use crate::simd::Simd;
+use crate::triangle::decide;
 
 /// Rays in flight where the structure does not fit into the cache.
 const IN_FLIGHT: usize = 16;
@@ -264,6 +265,10 @@ impl Scene<'_> {
     fn pack<S: Simd>(&self, simd: S, index: usize, local: &Local, search: &mut Search) -> bool {
         let pack: &Pack = &self.bvh.arrays.packs[index];
         let mut candidates = simd.candidates(pack, &local.ray);
+        if candidates == 0 {
+            return false;
+        }
+        let crossings = decide(pack.sheared(&local.ray));
         let mut found = false;
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % LANES;
@@ -272,7 +277,8 @@ impl Scene<'_> {
             let instance = if inside { local.instance } else { self.bvh.arrays.owners.of(index, lane) };
             if inside || self.is_seen(instance, search) {
                 let id = PrimitiveId { instance, primitive: pack.primitive[lane] };
-                found |= search.triangle(&local.ray, &pack.triangle(lane), id);
+                let [v, w, det] = &crossings.edges;
+                found |= search.crossing(crossings.t[lane], [v[lane], w[lane], det[lane]], id);
             }
         }
         found

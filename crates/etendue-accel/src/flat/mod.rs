@@ -20,8 +20,8 @@ use crate::ray::PrimitiveId;
 pub(crate) use scan::{Group, LANES, Pairs, scan};
 pub(crate) use trace::Trace;
 
-/// Most primitives of a flat world, as triangles; `cost` may be lower still.
-pub(crate) const LIMIT: usize = 128;
+/// Most triangles of a flat world, with any instruction set.
+pub(crate) const LIMIT: usize = 192;
 
 /// A sphere costs as much as this many triangles.
 const SPHERE_COST: usize = 4;
@@ -59,11 +59,12 @@ pub(crate) struct Flat {
     bounds: Bounds,
 }
 
-/// The most triangles for which no tree is faster, by measurement on incoherent rays.
+/// The most triangles for which no tree is faster, or the number of instances: measured on incoherent rays by
+/// `examples/small_worlds.rs`.
 fn most(isa: Isa) -> usize {
     match isa {
-        Isa::Portable => 32,
-        Isa::Avx2 => 64,
+        Isa::Portable => 48,
+        Isa::Avx2 => 128,
         Isa::Avx512 => LIMIT,
     }
 }

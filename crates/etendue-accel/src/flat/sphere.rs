@@ -22,7 +22,8 @@ pub(super) fn spheres<const AXIS: usize>(spheres: &[FlatSphere], rays: &Group, b
             (roots[0][i], roots[1][i]) = (near, far);
         }
         for i in 0..LANES {
-            if item.mask & rays.mask[i] == 0 || !(roots[1][i] > rays.t_min[i]) {
+            let ahead = roots[1][i] > rays.t_min[i];
+            if item.mask & rays.mask[i] == 0 || !ahead {
                 continue;
             }
             let skipped = item.order == rays.skip[i];
