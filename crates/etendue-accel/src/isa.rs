@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::sync::OnceLock;
 
 use crate::simd::{Portable, Simd};
 
@@ -37,12 +38,18 @@ impl Isa {
 
     /// This set, or the best one below it that the processor has.
     pub(crate) fn usable(self) -> Self {
+        // Asked on every call of an accelerator.
+        static BEST: OnceLock<Isa> = OnceLock::new();
+        self.min(*BEST.get_or_init(Self::best))
+    }
+
+    fn best() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
-            if self >= Self::Avx512 && x86_has_avx512() {
+            if x86_has_avx512() {
                 return Self::Avx512;
             }
-            if self >= Self::Avx2 && x86_has_avx2() {
+            if x86_has_avx2() {
                 return Self::Avx2;
             }
         }

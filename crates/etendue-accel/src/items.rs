@@ -7,6 +7,7 @@ use crate::bounds::Bounds;
 use crate::error::{BuildError, limited, room};
 use crate::geometry::{Geometry, Instance, Sphere, Transform, TriangleMesh, World};
 use crate::local_ray::COORDINATE_LIMIT;
+use crate::memory::ask_for_huge_pages;
 use crate::padding::Padding;
 use crate::ray::PrimitiveId;
 
@@ -176,6 +177,7 @@ fn check_transform(transform: &Transform) -> Result<(), &'static str> {
 /// The items of one geometry in its own space.
 pub(crate) fn of_geometry(geometry: &Geometry) -> Result<Vec<Item>, BuildError> {
     let mut items = room("items", geometry.len())?;
+    ask_for_huge_pages(&mut items);
     push_primitives(geometry, 0, &mut items);
     Ok(items)
 }
@@ -208,6 +210,7 @@ pub(crate) fn of_top(world: &World, object_bounds: &[Option<Bounds>]) -> Result<
     let count = world.instances.iter().fold(0_usize, |sum, instance| sum.saturating_add(count_of(instance)));
     limited("primitives without transform", count, u64::from(u32::MAX >> 1))?;
     let mut items = room("items", count)?;
+    ask_for_huge_pages(&mut items);
     for (index, instance) in world.instances.iter().enumerate() {
         let geometry = &world.geometries[instance.geometry as usize];
         match &instance.transform {

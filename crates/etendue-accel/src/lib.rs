@@ -16,6 +16,7 @@ mod items;
 mod kd;
 mod levels;
 mod local_ray;
+mod memory;
 mod padding;
 mod prefetch;
 mod ray;

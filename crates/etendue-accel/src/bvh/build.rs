@@ -1,11 +1,13 @@
 //! A binary tree by binned surface-area heuristic, in parallel, the same for any number of threads.
 //!
-//! (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007.)
+//! (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007.) What wide nodes are best made of it is
+//! found on the way back up (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide
+//! BVHs", 2017).
 
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 
-use super::node::{Child, LANES};
+use super::node::{Child, LANES, WIDTH};
 use crate::bounds::{Bounds, greatest, least};
 use crate::error::BuildError;
 use crate::items::{Item, ItemKind};
@@ -16,6 +18,9 @@ const BINS: usize = 32;
 
 /// Cost of a binary split relative to a pack test: a third of an 8-wide node, as each absorbs three levels.
 const SPLIT_COST: f32 = 0.35;
+
+/// Cost of a wide node relative to a pack test.
+const NODE_COST: f32 = 1.0;
 
 /// Below this many items a subtree is one thread's work.
 const PARALLEL_ITEMS: usize = 4096;
@@ -36,6 +41,8 @@ pub(crate) struct BinaryNode {
     pub first: u32,
     /// Items below.
     pub count: u32,
+    /// Least costs of this subtree as at most one, two, ... seven children of a wide node, see [`forest_costs`].
+    pub costs: [f32; WIDTH - 1],
 }
 
 impl BinaryNode {
@@ -74,7 +81,9 @@ impl Builder<'_> {
         depth: u32,
     ) -> usize {
         let Some((node, below)) = nodes.split_first_mut() else { return 0 };
-        *node = BinaryNode { bounds: measure.bounds.bounds(), right: 0, first, count: items.len() as u32 };
+        let area = measure.bounds.half_area();
+        let costs = [area * packs(items.len()); WIDTH - 1];
+        *node = BinaryNode { bounds: measure.bounds.bounds(), right: 0, first, count: items.len() as u32, costs };
         let Some(Parts { middle, measures: [left_measure, right_measure] }) = self.partition(items, measure, depth)
         else {
             return 1;
@@ -86,6 +95,7 @@ impl Builder<'_> {
             let left = self.subdivide(left_items, below, &left_measure, first, depth + 1);
             node.right = 1 + left as u32;
             let right = self.subdivide(right_items, &mut below[left..], &right_measure, right_first, depth + 1);
+            node.costs = forest_costs(area, &below[0].costs, &below[left].costs);
             return 1 + left + right;
         }
         let places = 2 * middle - 1;
@@ -95,6 +105,7 @@ impl Builder<'_> {
             || self.subdivide(left_items, left_nodes, &left_measure, first, depth + 1),
             || self.subdivide(right_items, right_nodes, &right_measure, right_first, depth + 1),
         );
+        node.costs = forest_costs(area, &below[0].costs, &below[places].costs);
         1 + places + right
     }
 
@@ -162,6 +173,29 @@ impl Builder<'_> {
         let (left, right) = items.split_at(middle);
         Parts { middle, measures: [Measure::of(left), Measure::of(right)] }
     }
+}
+
+/// The least costs of a subtree as at most 1, 2, ... 7 children of a wide node, from those of its halves: as one it is a wide
+/// node of its own, as several it is divided among its halves.
+fn forest_costs(area: f32, left: &[f32; WIDTH - 1], right: &[f32; WIDTH - 1]) -> [f32; WIDTH - 1] {
+    let mut costs = [area * NODE_COST + best_shares(left, right, WIDTH).1; WIDTH - 1];
+    for children in 2..WIDTH {
+        costs[children - 1] = least(costs[children - 2], best_shares(left, right, children).1);
+    }
+    costs
+}
+
+/// How many of so many children (2 to 8) the left half should get, and the cost.
+#[inline(always)]
+pub(super) fn best_shares(left: &[f32; WIDTH - 1], right: &[f32; WIDTH - 1], children: usize) -> (usize, f32) {
+    let mut best = (1, f32::INFINITY);
+    for share in 1..children.min(WIDTH) {
+        let cost = left[share - 1] + right[children - share - 1];
+        if cost < best.1 {
+            best = (share, cost);
+        }
+    }
+    best
 }
 
 fn packs(count: usize) -> f32 {

@@ -8,6 +8,7 @@ use crate::bounds::Bounds;
 use crate::error::{BuildError, limited, room};
 use crate::geometry::Sphere;
 use crate::items::{Item, ItemKind};
+use crate::memory::ask_for_huge_pages;
 use crate::padding::Padding;
 use crate::ray::PrimitiveId;
 use crate::source::Source;
@@ -123,6 +124,8 @@ impl Arrays {
         self.packs
             .try_reserve_exact(packs.len())
             .map_err(|_| BuildError::Memory { what: "packs", bytes: bytes(packs.len(), size_of::<Pack>()) })?;
+        ask_for_huge_pages(&mut self.nodes);
+        ask_for_huge_pages(&mut self.packs);
         self.nodes.par_extend(drafts.par_iter().map(|draft| draft.node(&tree)));
         let items = &*items;
         self.packs.par_extend(packs.par_iter().map(|&range| pack(items_of(items, range), source)));
@@ -216,36 +219,43 @@ impl Draft {
     }
 }
 
-/// Up to eight descendants that together hold the subtree: the largest is opened first.
+/// The descendants, up to eight, that are the cheapest children of a wide node in place of this one.
 fn open(tree: &[BinaryNode], index: usize) -> ([usize; WIDTH], usize) {
-    let mut children = [0; WIDTH];
-    // What opening a child is worth; leaves cannot be opened.
-    let mut worth = [f32::NEG_INFINITY; WIDTH];
-    let worth_of = |child: usize| {
-        let node: &BinaryNode = &tree[child];
-        if node.is_leaf() { f32::NEG_INFINITY } else { node.bounds.half_area() }
-    };
-    (children[0], worth[0]) = (index, worth_of(index));
-    let mut count = 1;
-    while count < WIDTH {
-        let mut largest = 0;
-        for i in 1..count {
-            if worth[i] > worth[largest] {
-                largest = i;
-            }
+    let (mut children, mut count) = ([0; WIDTH], 0);
+    let mut pending = [(0, 0); WIDTH];
+    let mut waiting = 0;
+    divide(tree, index, WIDTH, &mut pending, &mut waiting);
+    while waiting > 0 {
+        waiting -= 1;
+        let (child, mut most) = pending[waiting];
+        let costs = &tree[child].costs;
+        while most > 1 && costs[most - 2] == costs[most - 1] {
+            most -= 1;
         }
-        if worth[largest] == f32::NEG_INFINITY {
-            break;
+        if most == 1 || tree[child].is_leaf() {
+            children[count] = child;
+            count += 1;
+        } else {
+            divide(tree, child, most, &mut pending, &mut waiting);
         }
-        let opened = children[largest];
-        children[largest] = opened + 1;
-        children[count] = opened + tree[opened].right as usize;
-        for i in [largest, count] {
-            worth[i] = worth_of(children[i]);
-        }
-        count += 1;
     }
     (children, count)
+}
+
+/// Puts the halves of an inner node with their shares of so many children on the list.
+fn divide(
+    tree: &[BinaryNode],
+    index: usize,
+    children: usize,
+    pending: &mut [(usize, usize); WIDTH],
+    waiting: &mut usize,
+) {
+    let (left, right) = (index + 1, index + tree[index].right as usize);
+    let (share, _) = build::best_shares(&tree[left].costs, &tree[right].costs, children);
+    for entry in [(right, children - share), (left, share)] {
+        pending[*waiting] = entry;
+        *waiting += 1;
+    }
 }
 
 fn pack(items: &[Item], source: Source<'_>) -> Pack {

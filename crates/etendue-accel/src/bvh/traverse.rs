@@ -100,7 +100,7 @@ impl<F: FnMut(usize, Hit), const ANY: bool> Trace<'_, F, ANY> {
             for (place, (entries, words)) in walks.iter_mut().zip(places) {
                 let Some(walk) = place else { continue };
                 if walk.step::<S, ANY>(simd, &scene, entries, words) {
-                    walk.prefetch(simd, self.bvh, words);
+                    walk.prefetch(simd, &scene, words);
                     continue;
                 }
                 (self.finish)(walk.index, walk.search.hit());
@@ -181,6 +181,9 @@ impl Scene<'_> {
                     }
                     len += count - 1;
                     word = words[len];
+                    if !self.bvh.cached && count > 1 {
+                        self.prefetch(simd, words[len - 1]);
+                    }
                 }
                 if Child::is_node(word) {
                     continue;
@@ -281,6 +284,16 @@ impl Scene<'_> {
         found
     }
 
+    /// Asks for the memory of what a child word leads to.
+    #[inline(always)]
+    fn prefetch<S: Simd>(&self, simd: S, word: u32) {
+        match Child::of(word) {
+            Child::Node(index) => simd.prefetch(&self.bvh.arrays.nodes[index as usize]),
+            Child::Packs { first, .. } => simd.prefetch(&self.bvh.arrays.packs[first as usize]),
+            Child::Spheres { .. } | Child::Instance(_) => {}
+        }
+    }
+
     #[inline(always)]
     fn is_seen(&self, instance: u32, search: &Search) -> bool {
         self.world.instances[instance as usize].mask & search.mask != 0
@@ -364,14 +377,10 @@ impl Walk {
 
     /// Asks for the memory of the next step.
     #[inline(always)]
-    fn prefetch<S: Simd>(&self, simd: S, bvh: &Bvh, words: &[u32]) {
+    fn prefetch<S: Simd>(&self, simd: S, scene: &Scene<'_>, words: &[u32]) {
         if self.len == self.base {
             return;
         }
-        match Child::of(words[self.len - 1]) {
-            Child::Node(index) => simd.prefetch(&bvh.arrays.nodes[index as usize]),
-            Child::Packs { first, .. } => simd.prefetch(&bvh.arrays.packs[first as usize]),
-            Child::Spheres { .. } | Child::Instance(_) => {}
-        }
+        scene.prefetch(simd, words[self.len - 1]);
     }
 }
