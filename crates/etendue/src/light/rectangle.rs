@@ -35,6 +35,7 @@ const RIGHT_ANGLE: f64 = 1e-6;
 const SMALLEST_RECTANGLE: f64 = 1e-8;
 
 /// How the light looks from a context, where the map of rectangles does not serve.
+#[expect(clippy::large_enum_variant, reason = "lives on the stack, for one sample")]
 enum Unmapped {
     Patch(Patch),
     Triangles(TrianglePair),
@@ -121,7 +122,7 @@ impl Emitter for RectangleLight {
             return self.sample_unmapped(ctx, u);
         }
         let drawn = frame.sample(&view, u);
-        drawn.is_valid.then(|| LightSample {
+        drawn.is_valid.then_some(LightSample {
             wi: drawn.wi,
             at: drawn.at,
             target: Some(drawn.target),

@@ -19,8 +19,6 @@ use etendue::{
 use etendue_testkit::{Moments, Rng, chi2::ChiSquare};
 use std::f64::consts::PI;
 
-const QUANTA: u32 = 1 << 24;
-
 fn direction(rng: &mut Rng) -> DVec3 {
     DVec3::from(rng.direction())
 }
