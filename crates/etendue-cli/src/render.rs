@@ -80,7 +80,7 @@ fn warn_of_darkness(job: &load::Job) {
     if !matches!(integrator, Integrator::Path | Integrator::LightSplit | Integrator::Brute) {
         return;
     }
-    if scene.lights().is_empty() {
+    if scene.lights().lights().is_empty() {
         report::warning(
             "nothing in the scene emits light: the picture will be black; add lights, an environment or emission",
         );

@@ -208,7 +208,7 @@ fn samples_follow_their_density() {
             }
         };
         let sample = |rng: &mut Rng| {
-            let (index, sample) = table.sample_circle(&circle, rng.f32(), rng.f32x2())?;
+            let (index, sample) = table.sample_circle(&circle, rng.f64(), rng.f32x2())?;
             let light = &table.lights()[index as usize];
             let target = sample.target.expect("lights at some place") - circle.point;
             let pdf = table.pdf_circle(&circle, index, sample.wi, target.length());
@@ -300,7 +300,9 @@ fn nothing_breaks_at_the_edges() {
         };
         let Ok(table) = LightTable::new(vec![light], 1.0) else { continue };
         let u = [0.0, 1.0 - f32::EPSILON / 2.0, rng.f32()][rng.u32() as usize % 3];
-        let Some((_, sample)) = table.sample_circle(&circle, u, [u, 1.0 - f32::EPSILON / 2.0]) else { continue };
+        let Some((_, sample)) = table.sample_circle(&circle, f64::from(u), [u, 1.0 - f32::EPSILON / 2.0]) else {
+            continue;
+        };
         met += 1;
         assert!(sample.target.is_some_and(Vec3::is_finite) && (sample.wi.length() - 1.0).abs() < 1e-5);
         assert!(sample.density.value() > 0.0 && sample.density.value().is_finite());

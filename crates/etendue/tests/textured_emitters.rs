@@ -129,7 +129,7 @@ fn samples_are_what_rays_find() {
     for _ in 0..20_000 {
         let point = vec3(rng.f32() * 4.0 - 2.0, rng.f32() * 2.0, rng.f32() * 4.0 - 2.0);
         let ctx = LightContext { point, normal: Vec3::ZERO, transmits: true };
-        let Some(sample) = scene.sample_light(&ctx, rng.f32(), rng.f32x2()) else { continue };
+        let Some(sample) = scene.sample_light(&ctx, rng.f64(), rng.f32x2()) else { continue };
         let target = sample.target.expect("all lights are near");
         let distance = (target - point).length();
         // Past the target by more than its lift, and not beyond the light.
@@ -174,7 +174,7 @@ fn chi_square_of_points_on_a_textured_rectangle() {
             [0.0, 1.0],
             [0.0, 1.0],
             |rng| {
-                let sample = scene.sample_light(&ctx, rng.f32(), rng.f32x2())?;
+                let sample = scene.sample_light(&ctx, rng.f64(), rng.f32x2())?;
                 let at = ctx.point + sample.wi * (-ctx.point.z / sample.wi.z);
                 let at = at.as_dvec3() - corner;
                 Some([at.x / 1.6, at.y / 0.9])
@@ -303,7 +303,7 @@ fn lights_are_bounded_and_where_the_texture_shines() {
         parts.place(shape, DAffine3::IDENTITY, glow);
         let scene = parts.build();
         let lights = scene.lights();
-        (lights.lights().len(), (0..lights.lights().len() as u32).filter(|i| lights.probability(*i) > 0.0).count())
+        (lights.lights().len(), (0..lights.lights().len() as u32).filter(|i| lights.may_choose(*i)).count())
     };
     let (few, chosen) = count(|x, y| (500..503).contains(&x) && y == 300);
     assert!((100..1000).contains(&few) && chosen > 0 && chosen < few, "{few} lights, {chosen} shine");

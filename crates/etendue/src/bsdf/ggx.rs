@@ -74,12 +74,33 @@ impl Ggx {
     /// kept as the distance from the pole, which does not cancel at small angles.
     #[inline]
     pub fn sample_visible(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
+        self.sample_cap(wo, 1.0, u)
+    }
+
+    /// Draws a normal from those visible from `wo` (z > 0), leaving out many from which the reflection would go below the
+    /// surface (Eto and Tokuyoshi, "Bounded VNDF Sampling for Smith-GGX Reflections", 2023). For reflection alone:
+    /// [`Self::bounded_reflection`] has the density.
+    #[inline]
+    pub fn sample_bounded(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
+        self.sample_cap(wo, self.bound(wo), u)
+    }
+
+    /// By how much the cap of directions is lower below the horizon, in [0, 1].
+    #[inline]
+    fn bound(&self, wo: Vec3) -> f32 {
+        let alpha = self.alpha_x.min(self.alpha_y).min(1.0);
+        let s = 1.0 + (wo.x * wo.x + wo.y * wo.y).sqrt();
+        let (alpha2, s2) = (alpha * alpha, s * s);
+        (1.0 - alpha2) * s2 / (s2 + alpha2 * (wo.z * wo.z))
+    }
+
+    #[inline]
+    fn sample_cap(&self, wo: Vec3, bound: f32, u: [f32; 2]) -> Vec3 {
         let w = vec3(wo.x * self.alpha_x, wo.y * self.alpha_y, wo.z).normalize();
-        let cap = 1.0 + w.z;
-        let below_pole = u[1] * cap;
+        let below_pole = u[1] * (1.0 + bound * w.z);
         let radius = (below_pole * (2.0 - below_pole)).max(0.0).sqrt();
         let (sin, cos) = sin_cos_turns(u[0]);
-        let half = vec3(radius * cos + w.x, radius * sin + w.y, (1.0 - u[1]) * cap);
+        let half = vec3(radius * cos + w.x, radius * sin + w.y, (1.0 - below_pole) + w.z);
         vec3(half.x * self.alpha_x, half.y * self.alpha_y, half.z).normalize_or(Vec3::Z)
     }
 
@@ -95,6 +116,21 @@ impl Ggx {
     #[inline]
     pub fn reflection_weight(&self, wo: Vec3, wi: Vec3) -> f32 {
         (wi.z * self.masking_shadowing_over_cosines(wo, wi) / self.masking_over_cos(wo)).min(1.0)
+    }
+
+    /// As [`Self::reflection`], with the density of [`Self::sample_bounded`]: D / (2 (k z_o + s)), k being the bound.
+    #[inline]
+    pub fn bounded_reflection(&self, wo: Vec3, wi: Vec3, m: Vec3) -> (f32, f32) {
+        let density = self.density(m);
+        let value = 0.25 * density * wi.z * self.masking_shadowing_over_cosines(wo, wi);
+        (value, 0.5 * density / (self.bound(wo) * wo.z + self.stretched(wo)))
+    }
+
+    /// Weight of a reflection by [`Self::sample_bounded`] with reflectance 1, in [0, 1].
+    #[inline]
+    pub fn bounded_weight(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let over_density = 0.5 * (self.bound(wo) * wo.z + self.stretched(wo));
+        (wi.z * self.masking_shadowing_over_cosines(wo, wi) * over_density).min(1.0)
     }
 }
 

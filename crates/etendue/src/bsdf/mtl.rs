@@ -69,7 +69,7 @@ impl Mtl {
             && !self.specular.is_black()
             && let Some(m) = ggx::half_vector(wo, wi)
         {
-            let (glossy, glossy_pdf) = ggx.reflection(wo, wi, m);
+            let (glossy, glossy_pdf) = ggx.bounded_reflection(wo, wi, m);
             value += self.specular * glossy;
             pdf += self.probability(self.specular) * glossy_pdf;
         }
@@ -81,7 +81,7 @@ impl Mtl {
     fn sample_continuous(&self, wo: Vec3, diffuse: bool, u: [f32; 2]) -> Option<BsdfSample> {
         let side = 1.0f32.copysign(wo.z);
         let wo = on_side(wo, side);
-        let wi = if diffuse { warp::cosine_hemisphere(u) } else { ggx::reflected(wo, self.ggx?.sample_visible(wo, u)) };
+        let wi = if diffuse { warp::cosine_hemisphere(u) } else { ggx::reflected(wo, self.ggx?.sample_bounded(wo, u)) };
         if wi.z <= 0.0 {
             return None;
         }

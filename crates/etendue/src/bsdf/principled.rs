@@ -303,13 +303,13 @@ impl Principled {
         if lobes.facets > 0.0
             && let Some(ggx) = self.ggx()
         {
-            let (value, pdf) = ggx.reflection(wo, wi, m);
+            let (value, pdf) = ggx.bounded_reflection(wo, wi, m);
             total.add(self.reflectance(cos_m) * (past * value), lobes.facets * pdf);
         }
         if lobes.coat > 0.0
             && let Some(ggx) = self.coat_ggx()
         {
-            let (value, pdf) = ggx.reflection(wo, wi, m);
+            let (value, pdf) = ggx.bounded_reflection(wo, wi, m);
             let reflectance = COAT_F0 + (1.0 - COAT_F0) * schlick_weight(cos_m);
             total.add(Spectrum::splat(self.coat * reflectance * value), lobes.coat * pdf);
         }
@@ -325,7 +325,7 @@ impl Principled {
             rest -= probability;
             (rest < 0.0).then(|| before / probability)
         };
-        let facets = |ggx: Option<Ggx>| ggx.map(|ggx| ggx::reflected(up, ggx.sample_visible(up, u)));
+        let facets = |ggx: Option<Ggx>| ggx.map(|ggx| ggx::reflected(up, ggx.sample_bounded(up, u)));
         let wi = if is_chosen(lobes.coat).is_some() {
             facets(self.coat_ggx())
         } else if is_chosen(lobes.sheen).is_some() {

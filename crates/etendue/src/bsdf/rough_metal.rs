@@ -38,7 +38,7 @@ impl Scatter for RoughMetal {
         let Some(m) = ggx::half_vector(wo, wi) else {
             return BsdfEval::ZERO;
         };
-        let (value, pdf) = ggx.reflection(wo, wi, m);
+        let (value, pdf) = ggx.bounded_reflection(wo, wi, m);
         BsdfEval { value: self.reflectance(wo.dot(m)) * value, pdf }
     }
 
@@ -58,15 +58,15 @@ impl Scatter for RoughMetal {
         };
         let side = 1.0f32.copysign(wo.z);
         let wo = on_side(wo, side);
-        let wi = ggx::reflected(wo, ggx.sample_visible(wo, u));
+        let wi = ggx::reflected(wo, ggx.sample_bounded(wo, u));
         if wi.z <= 0.0 {
             return None;
         }
         let m = ggx::half_vector(wo, wi)?;
-        let (_, pdf) = ggx.reflection(wo, wi, m);
+        let (_, pdf) = ggx.bounded_reflection(wo, wi, m);
         Some(BsdfSample {
             wi: on_side(wi, side),
-            weight: self.reflectance(wo.dot(m)) * ggx.reflection_weight(wo, wi),
+            weight: self.reflectance(wo.dot(m)) * ggx.bounded_weight(wo, wi),
             density: Density::SolidAngle(pdf),
             transmitted: false,
             eta: 1.0,

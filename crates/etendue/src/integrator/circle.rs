@@ -21,7 +21,7 @@ pub(super) fn sample_light<const MEDIA: bool>(
     let in_world = LightCircle::new(vertex.gathers_at(), &vertex.frame, circle);
     paths.keep_circle(path, in_world);
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
-    let select = context.sampler.one_d(key, number, Slot::LightSelect);
+    let select = context.sampler.fine(key, number, Slot::LightSelect);
     let position = context.sampler.two_d(key, number, Slot::LightPosition);
     let Some(light) = context.scene.sample_light_circle(&in_world, select, position) else { return };
     let shadowing = vertex.shadowing(light.wi, vertex.frame.to_local(light.wi));

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     bsdf::Density,
-    light::{LightContext, LightSample, RectangleFrame},
+    light::{LightContext, LightSample, RectangleFrame, Selected},
     math::{Frame, PI, Vec3, vec3},
     sampling::{KeyLanes, Sampler, Slot, warp},
     spectrum::Spectrum,
@@ -94,6 +94,15 @@ struct Vertices {
     throughput: Vectors,
     /// See [`Progress::eta`](super::paths::Progress::eta); infinite where no roulette is played.
     eta: Numbers,
+}
+
+impl Vertices {
+    #[inline(always)]
+    fn light_context(&self, i: usize) -> LightContext {
+        let (normal, wo) = (self.shading_normal.get(i), self.wo.get(i));
+        let side = if wo.dot(normal) < 0.0 { -1.0 } else { 1.0 };
+        LightContext { point: self.position.get(i), normal: normal * side, transmits: false }
+    }
 }
 
 /// Whether a lane has a light sample.
@@ -208,7 +217,8 @@ struct DiffuseLanes {
     skip: [PrimitiveId; LANES],
     keys: KeyLanes<LANES>,
     vertices: Vertices,
-    select: Numbers,
+    /// See [`Sampler::fine`].
+    select: [f64; LANES],
     place: [Numbers; 2],
     turn: [Numbers; 2],
     roulette: Numbers,
@@ -238,7 +248,7 @@ impl DiffuseLanes {
                 throughput: vectors,
                 eta: numbers,
             },
-            select: numbers,
+            select: [0.0; LANES],
             place: [numbers; 2],
             turn: [numbers; 2],
             roulette: numbers,
@@ -332,12 +342,13 @@ impl DiffuseLanes {
     }
 
     fn choose_lights(&mut self, context: &Context) {
-        let (lights, to) = (context.scene.lights(), &mut self.lights);
+        let lights = context.scene.lights();
         for i in 0..self.len {
-            let index = lights.select(self.select[i]);
-            to.index[i] = index.unwrap_or(NO_LIGHT);
-            to.probability[i] = index.map_or(0.0, |index| lights.probability(index));
-            to.lit[i] = if index.is_some() { Lit::Ask } else { Lit::No } as u32;
+            let chosen = lights.select(&self.light_context(i), self.select[i]);
+            let to = &mut self.lights;
+            to.index[i] = chosen.map_or(NO_LIGHT, |chosen| chosen.index);
+            to.probability[i] = chosen.map_or(0.0, |chosen| chosen.probability);
+            to.lit[i] = if chosen.is_some() { Lit::Ask } else { Lit::No } as u32;
         }
     }
 
@@ -363,7 +374,8 @@ impl DiffuseLanes {
     fn sample_light(&mut self, context: &Context, i: usize) {
         let at = self.light_context(i);
         let place = [self.place[0][i], self.place[1][i]];
-        let sample = context.scene.sample_chosen_light(&at, self.lights.index[i], place);
+        let chosen = Selected { index: self.lights.index[i], probability: self.lights.probability[i] };
+        let sample = context.scene.sample_chosen_light(&at, chosen, place);
         let Some(LightSample { wi, target, radiance, density, .. }) = sample else {
             self.lights.lit[i] = Lit::No as u32;
             return;
@@ -379,9 +391,7 @@ impl DiffuseLanes {
 
     #[inline]
     fn light_context(&self, i: usize) -> LightContext {
-        let (normal, wo) = (self.vertices.shading_normal.get(i), self.vertices.wo.get(i));
-        let normal = if wo.dot(normal) < 0.0 { -normal } else { normal };
-        LightContext { point: self.vertices.position.get(i), normal, transmits: false }
+        self.vertices.light_context(i)
     }
 
     fn send_light(&self, shadows: &mut ShadowQueue) {
@@ -462,7 +472,7 @@ impl Kernel for Draw<'_> {
         let n = self.lanes.whole();
         let DiffuseLanes { keys, select, place, turn, roulette, .. } = self.lanes;
         if self.gathers {
-            self.sampler.one_d_lanes(keys, n, Slot::LightSelect, select);
+            self.sampler.fine_lanes(keys, n, Slot::LightSelect, select);
             self.sampler.two_d_lanes(keys, n, Slot::LightPosition, place);
         }
         self.sampler.two_d_lanes(keys, n, Slot::BsdfDirection, turn);
@@ -488,10 +498,11 @@ impl Kernel for Rectangle<'_> {
         let (frame, chosen, radiance) = (*self.frame, self.index, Vec3::from_array(self.radiance.0));
         let DiffuseLanes { lights, vertices, place, .. } = self.lanes;
         for i in 0..n {
-            let view = frame.view(vertices.position.get(i).as_dvec3());
+            let view = frame.view(&vertices.light_context(i));
             let drawn = frame.sample(&view, [place[0][i], place[1][i]]);
-            let found = if drawn.is_valid { Lit::Continuous as u32 } else { Lit::No as u32 };
-            let found = if view.is_mapped { found } else { Lit::Ask as u32 };
+            let is_valid = drawn.is_valid & (drawn.density * lights.probability[i] > 0.0);
+            let found = if is_valid { Lit::Continuous as u32 } else { Lit::No as u32 };
+            let found = if view.has_map() { found } else { Lit::Ask as u32 };
             let found = if view.is_seen { found } else { Lit::No as u32 };
             let own = lights.index[i] == chosen;
             let keep = |new: f32, old: f32| if own { new } else { old };
@@ -500,7 +511,8 @@ impl Kernel for Rectangle<'_> {
             lights.has_target[i] = if own { 1 } else { lights.has_target[i] };
             lights.wi.set(i, keep3(drawn.wi, lights.wi.get(i)));
             lights.target.set(i, keep3(drawn.target, lights.target.get(i)));
-            lights.density[i] = keep(drawn.density * lights.probability[i], lights.density[i]);
+            let density = drawn.density * lights.probability[i];
+            lights.density[i] = keep(density, lights.density[i]);
             lights.radiance.set(i, keep3(radiance, lights.radiance.get(i)));
         }
     }

@@ -376,7 +376,7 @@ fn sample_light<const MEDIA: bool>(
         return;
     }
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
-    let select = context.sampler.one_d(key, number, Slot::LightSelect);
+    let select = context.sampler.fine(key, number, Slot::LightSelect);
     let position = context.sampler.two_d(key, number, Slot::LightPosition);
     let Some(light) = context.scene.sample_light(&vertex.light_context(), select, position) else { return };
     let local_wi = vertex.frame.to_local(light.wi);

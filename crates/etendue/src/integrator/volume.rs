@@ -10,8 +10,9 @@
 //! | equiangular about the light | light | p_equi(t) p_light(wi) |
 //! | free flight | phase function | p_flight(t) p_phase(wi) |
 //!
-//! by the power heuristic with exponent 2. The choice of the light is part of p_light; p_equi is that of the light which the
-//! direction finds. Only ratios are formed: what they have in common cancels.
+//! by the power heuristic with exponent 2. The choice of the light is part of p_light, by the point at t; for an equiangular
+//! distance the light is chosen before, by the segment, and p_equi is that of the light which the direction finds times the
+//! ratio of the two probabilities. Only ratios are formed: what they have in common cancels.
 
 use super::{
     attenuated::Traveller,
@@ -22,7 +23,7 @@ use super::{
 };
 use crate::{
     bsdf::Density,
-    light::{LightContext, LightSample},
+    light::{LightContext, LightSample, Selected},
     math::Vec3,
     medium::{Density as Grid, Equiangular, Medium, Segment},
     sampling::Slot,
@@ -144,10 +145,14 @@ fn distances(context: &Context, extinction: Spectrum, segment: &Segment, light: 
     (drawn.nearest() * extinction.mean() <= FARTHEST && length > 0.0).then_some(drawn)
 }
 
-/// Density of the equiangular distance over that of the flight that was drawn.
-fn ratio(context: &Context, flown: &Flown, light: u32) -> f32 {
-    match distances(context, flown.extinction, &flown.segment, light) {
-        Some(drawn) if flown.distance <= drawn.length() => drawn.pdf(flown.distance) / flown.density,
+/// Density of the equiangular distance over that of the flight that was drawn, each times the probability of the light.
+/// `chosen` is the light and its probability at the end of the flight, above 0.
+fn ratio(context: &Context, flown: &Flown, chosen: Selected) -> f32 {
+    match distances(context, flown.extinction, &flown.segment, chosen.index) {
+        Some(drawn) if flown.distance <= drawn.length() => {
+            let before = context.scene.lights().probability_along(&flown.segment, chosen.index);
+            drawn.pdf(flown.distance) / flown.density * (before / chosen.probability)
+        }
         _ => 0.0,
     }
 }
@@ -168,13 +173,15 @@ fn connect(
 ) {
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
     let sampler = context.sampler;
-    let Some(light) = context.scene.lights().select(sampler.one_d(key, number, Slot::EquiangularLight)) else { return };
-    let Some(drawn) = distances(context, densest(medium), segment, light) else { return };
+    let lights = context.scene.lights();
+    let u = sampler.fine(key, number, Slot::EquiangularLight);
+    let Some(chosen) = lights.select_along(segment, u) else { return };
+    let Some(drawn) = distances(context, densest(medium), segment, chosen.index) else { return };
     let Some(distance) = drawn.sample(sampler.one_d(key, number, Slot::EquiangularDistance)) else { return };
     let position = before(context, &paths.rays[path], &paths.hits[path], segment, distance);
     let at = MediumPoint { medium, position, wo: -segment.direction };
     let u = sampler.two_d(key, number, Slot::EquiangularPosition);
-    let Some(sample) = context.scene.sample_chosen_light(&at.light_context(), light, u) else { return };
+    let Some(sample) = context.scene.sample_chosen_light(&at.light_context(), chosen, u) else { return };
     let scattering = medium.scattering_at(at.position);
     if scattering.is_black() {
         return;
@@ -184,10 +191,13 @@ fn connect(
     let throughput = paths.throughput[path];
     let (own, flight) = (drawn.pdf(distance), medium.flight_density(segment, throughput, distance));
     let phase = medium.phase.eval(at.wo, sample.wi);
+    let at_point = lights.probability(&at.light_context(), chosen.index) / chosen.probability;
     let others = square(flight / own);
     let weight = match (sample.density, strategy) {
-        (Density::SolidAngle(light), Strategy::Both) => 1.0 / (1.0 + others * (1.0 + square(phase / light))),
-        _ => 1.0 / (1.0 + others),
+        (Density::SolidAngle(light), Strategy::Both) => {
+            1.0 / (1.0 + others * (square(at_point) + square(phase / light)))
+        }
+        _ => 1.0 / (1.0 + others * square(at_point)),
     };
     let arriving = throughput * transmittance * scattering * (phase * weight / own);
     let traveller = Traveller { bodies: paths.bodies[path], stream, direct: is_direct(context, paths, path) };
@@ -203,12 +213,12 @@ fn sample_light(
     shadows: &mut ShadowQueue,
 ) {
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
-    let select = context.sampler.one_d(key, number, Slot::LightSelect);
-    let Some(light) = context.scene.lights().select(select) else { return };
+    let select = context.sampler.fine(key, number, Slot::LightSelect);
+    let Some(chosen) = context.scene.lights().select(&at.light_context(), select) else { return };
     let u = context.sampler.two_d(key, number, Slot::LightPosition);
-    let Some(sample) = context.scene.sample_chosen_light(&at.light_context(), light, u) else { return };
+    let Some(sample) = context.scene.sample_chosen_light(&at.light_context(), chosen, u) else { return };
     let phase = at.medium.phase.eval(at.wo, sample.wi);
-    let equiangular = square(ratio(context, flown, light));
+    let equiangular = square(ratio(context, flown, chosen));
     let weight = match (sample.density, strategy) {
         (Density::SolidAngle(own), Strategy::Both) => 1.0 / (1.0 + equiangular + square(phase / own)),
         _ => 1.0 / (1.0 + equiangular),
@@ -290,7 +300,10 @@ pub(super) fn found_weight(
     if strategy == Strategy::Light {
         return Some(0.0);
     }
-    let equiangular = light.map_or(0.0, |light| ratio(context, flown, light));
+    let equiangular = light.map_or(0.0, |index| {
+        let probability = context.scene.lights().probability(&paths.previous[path].context, index);
+        ratio(context, flown, Selected { index, probability })
+    });
     // At least so much that nothing times infinity does not come up.
     let by_light = (by_light / own).max(f32::MIN_POSITIVE);
     Some(1.0 / (1.0 + square(by_light) + square(by_light * equiangular)))

@@ -25,6 +25,8 @@ pub mod atmosphere;
 mod circle;
 mod directional;
 mod environment;
+mod extent;
+mod patch;
 mod planar;
 mod point;
 mod rectangle;
@@ -34,6 +36,7 @@ mod spherical;
 mod spot;
 mod sun_sky;
 mod table;
+mod tree;
 mod triangle;
 
 pub use circle::{Arcs, LightCircle};
@@ -47,6 +50,7 @@ pub use sphere::SphereLight;
 pub use spot::SpotLight;
 pub use sun_sky::SunSky;
 pub use table::{LightTable, LightTableError, MAX_LIGHTS};
+pub use tree::Selected;
 pub use triangle::TriangleLight;
 
 use crate::{
@@ -267,6 +271,19 @@ fn max_abs(v: DVec3) -> f64 {
 fn margin(coordinate: f64, distance: f64) -> f64 {
     const UNIT: f64 = 1.0 / 1_048_576.0;
     UNIT * (coordinate + distance)
+}
+
+/// The larger of two numbers, the second of them not NaN: `f64::max` without its care for NaN. `b` where `a` is NaN.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// `x`, or the bound that it is beyond; `low` for NaN.
+#[inline(always)]
+fn between(x: f64, low: f64, high: f64) -> f64 {
+    let x = larger(x, low);
+    if x < high { x } else { high }
 }
 
 /// A density as f32, or `None` where it is 0, not finite, or too large for later products.

@@ -13,6 +13,8 @@ pub(super) struct Facing {
     point: DVec3,
     /// Unit normal on the context's side.
     normal: DVec3,
+    /// Of the context over the plane, above `margin`.
+    height: f64,
     /// Offset of targets along `normal`.
     margin: f64,
 }
@@ -33,12 +35,18 @@ impl Facing {
         let margin = margin(coordinate, distance);
         let height = front.dot(point - corners[0]);
         if height > margin {
-            Some(Self { point, normal: front, margin })
+            Some(Self { point, normal: front, height, margin })
         } else if two_sided && height < -margin {
-            Some(Self { point, normal: -front, margin })
+            Some(Self { point, normal: -front, height: -height, margin })
         } else {
             None
         }
+    }
+
+    /// Height of the context over the plane, metres, above 0.
+    #[inline]
+    pub(super) fn height(&self) -> f64 {
+        self.height
     }
 
     /// A sample at `offset` from the context, drawn with `density` per solid angle; `at` as in [`LightSample`].

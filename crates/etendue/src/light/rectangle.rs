@@ -1,17 +1,18 @@
 //! Emissive rectangles and parallelograms.
 
 use super::{
-    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density, is_usable,
-    margin, max_abs, planar::Facing, spherical::SphericalTriangle,
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, between, circle::edge_planes, finite_density,
+    is_usable, larger, margin, max_abs, patch::Patch, planar::Facing, spherical::SphericalTriangle,
 };
 use crate::{
     bsdf::Density,
-    math::{DVec3, Vec3, atan2_wide, sin_cos_wide},
+    math::{DVec3, Vec3, atan2_wide, dvec3, sin_cos_wide},
     spectrum::Spectrum,
 };
 
-/// An emissive parallelogram `corner + a u + b v`, a, b in [0, 1], sampled uniformly in solid angle: a rectangle by the
-/// continuous map of Ureña, Fajardo and King, anything else as two spherical triangles.
+/// An emissive parallelogram `corner + a u + b v`, a, b in [0, 1], sampled by what its points bring where it is not near
+/// (`Patch`), else uniformly in solid angle: a rectangle by the continuous map of Ureña, Fajardo and King, anything else as two
+/// spherical triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RectangleLight {
     /// Metres.
@@ -82,16 +83,16 @@ impl Emitter for RectangleLight {
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
         let frame = RectangleFrame::new(self);
-        let view = frame.view(ctx.point.as_dvec3());
+        let view = frame.view(ctx);
         if !view.is_seen {
             return None;
         }
-        let drawn = if view.is_mapped {
+        let drawn = if view.has_map() {
             frame.sample(&view, u)
         } else {
             let pair = self.pair(ctx);
             let (offset, at) = pair.sample(u.map(f64::from));
-            view.draw(offset, at, pair.solid_angle)
+            view.draw(offset, at, 1.0 / pair.solid_angle)
         };
         drawn.is_valid.then(|| LightSample {
             wi: drawn.wi,
@@ -103,13 +104,15 @@ impl Emitter for RectangleLight {
     }
 
     #[inline]
-    fn pdf(&self, ctx: &LightContext, _wi: Vec3, _distance: f32) -> f32 {
-        let view = RectangleFrame::new(self).view(ctx.point.as_dvec3());
-        if !view.is_seen {
-            return 0.0;
-        }
-        let solid_angle = if view.is_mapped { view.solid_angle } else { self.pair(ctx).solid_angle };
-        finite_density(1.0 / solid_angle).unwrap_or(0.0)
+    fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
+        let view = RectangleFrame::new(self).view(ctx);
+        let density = match view {
+            _ if !view.is_seen => return 0.0,
+            _ if view.is_patch => view.patch.pdf(wi),
+            _ if view.is_mapped => 1.0 / view.solid_angle,
+            _ => 1.0 / self.pair(ctx).solid_angle,
+        };
+        finite_density(density).unwrap_or(0.0)
     }
 
     fn arcs(&self, circle: &LightCircle) -> Arcs {
@@ -159,6 +162,8 @@ impl TrianglePair {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RectangleFrame {
     corner: DVec3,
+    u: DVec3,
+    v: DVec3,
     x_axis: DVec3,
     y_axis: DVec3,
     /// The front's normal.
@@ -178,6 +183,9 @@ pub(crate) struct RectangleFrame {
 #[derive(Clone, Copy)]
 pub(crate) struct RectangleView {
     point: DVec3,
+    patch: Patch,
+    /// True if the light is far enough to be sampled as a patch.
+    is_patch: bool,
     /// The edges' coordinates in the rectangle's frame, relative to the point.
     x: [f64; 2],
     y: [f64; 2],
@@ -190,8 +198,8 @@ pub(crate) struct RectangleView {
     solid_angle: f64,
     /// True if the point is on an emitting side, farther from the plane than the margin.
     pub is_seen: bool,
-    /// True if the map is accurate; if not, two triangles are to be taken for it.
-    pub is_mapped: bool,
+    /// True if the map is accurate.
+    is_mapped: bool,
 }
 
 /// A point drawn on a rectangle; see [`LightSample`].
@@ -224,6 +232,8 @@ impl RectangleFrame {
         let cosine = u.dot(v).abs() / (width * v.length());
         Self {
             corner,
+            u,
+            v,
             x_axis,
             y_axis,
             z_axis: x_axis.cross(y_axis),
@@ -237,9 +247,10 @@ impl RectangleFrame {
         }
     }
 
-    /// The rectangle from `point`.
+    /// The rectangle from a point.
     #[inline(always)]
-    pub fn view(&self, point: DVec3) -> RectangleView {
+    pub fn view(&self, ctx: &LightContext) -> RectangleView {
+        let point = ctx.point.as_dvec3();
         let relative = self.corner - point;
         let (x0, y0, z) = (relative.dot(self.x_axis), relative.dot(self.y_axis), relative.dot(self.z_axis));
         let (x1, y1) = (x0 + self.width, y0 + self.height);
@@ -252,8 +263,11 @@ impl RectangleFrame {
         let [re, im] = divide(phi1, phi0);
         let angle = atan2_wide(im, re);
         let solid_angle = if angle < 0.0 { angle + 2.0 * std::f64::consts::PI } else { angle };
+        let (patch, is_patch) = Patch::parallelogram(ctx, z.abs(), relative, self.u, self.v);
         RectangleView {
             point,
+            patch,
+            is_patch,
             x: [x0, x1],
             y: [y0, y1],
             z,
@@ -265,11 +279,22 @@ impl RectangleFrame {
         }
     }
 
-    /// The point that is uniform in solid angle for uniform `u` in [0, 1)^2.
+    /// The point for `u` in [0, 1)^2, as a patch or by the map.
     #[inline(always)]
     pub fn sample(&self, view: &RectangleView, u: [f32; 2]) -> DrawnPoint {
+        let u = [f64::from(u[0]), f64::from(u[1])];
+        let (far, far_at, far_density) = view.patch.sample(u);
+        let (near, near_at) = self.sample_map(view, u);
+        let pick = |far: f64, near: f64| if view.is_patch { far } else { near };
+        let offset = dvec3(pick(far.x, near.x), pick(far.y, near.y), pick(far.z, near.z));
+        let at = [pick(far_at[0], near_at[0]), pick(far_at[1], near_at[1])];
+        view.draw(offset, at, pick(far_density, 1.0 / view.solid_angle))
+    }
+
+    /// The point that is uniform in solid angle for uniform `u` in [0, 1)^2, and its multiples of the edges.
+    #[inline(always)]
+    fn sample_map(&self, view: &RectangleView, [u, v]: [f64; 2]) -> (DVec3, [f64; 2]) {
         let ([x0, x1], [y0, y1], z) = (view.x, view.y, view.z);
-        let (u, v) = (f64::from(u[0]), f64::from(u[1]));
         let (step_sin, step_cos) = sin_cos_wide(u * view.solid_angle);
         let scale = 1.0 / (view.phi0[0] * view.phi0[0] + view.phi0[1] * view.phi0[1]).sqrt();
         let (cos0, sin0) = (view.phi0[0] * scale, view.phi0[1] * scale);
@@ -290,15 +315,21 @@ impl RectangleFrame {
         let y = h * (squared / larger((1.0 - h) * (1.0 + h), f64::MIN_POSITIVE)).sqrt();
         let y = between(y, y0, y1);
         let offset = x * self.x_axis + y * self.y_axis + z * self.z_axis;
-        view.draw(offset, [(x - x0) / self.width, (y - y0) / self.height], view.solid_angle)
+        (offset, [(x - x0) / self.width, (y - y0) / self.height])
     }
 }
 
 impl RectangleView {
+    /// False if two triangles are to be taken for the light.
+    #[inline(always)]
+    pub fn has_map(&self) -> bool {
+        self.is_patch | self.is_mapped
+    }
+
     /// The point at `offset` from the context, `at` these multiples of the edges.
     #[inline(always)]
-    fn draw(&self, offset: DVec3, at: [f64; 2], solid_angle: f64) -> DrawnPoint {
-        let (length, density) = (offset.length(), 1.0 / solid_angle);
+    fn draw(&self, offset: DVec3, at: [f64; 2], density: f64) -> DrawnPoint {
+        let length = offset.length();
         DrawnPoint {
             wi: (offset / length).as_vec3(),
             target: (self.point + offset + self.lift).as_vec3(),
@@ -307,19 +338,6 @@ impl RectangleView {
             is_valid: is_usable(density) & (length > 0.0) & (length < f64::INFINITY),
         }
     }
-}
-
-/// The larger of two numbers, neither of them NaN: `f64::max` without its care for NaN.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// `x`, or the bound that it is beyond; `low` for NaN.
-#[inline(always)]
-fn between(x: f64, low: f64, high: f64) -> f64 {
-    let x = larger(x, low);
-    if x < high { x } else { high }
 }
 
 /// A complex number whose angle is the difference of two numbers' angles.

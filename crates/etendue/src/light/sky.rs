@@ -145,8 +145,8 @@ impl ImageEnvironment {
         let rows = cell_count(map.height, ROWS);
         let cosines: Vec<f64> =
             (0..=rows).map(|row| libm::cos(row as f64 / rows as f64 * std::f64::consts::PI)).collect();
-        let (mut weights, mean) = cell_weights(&map, strength, columns, &cosines);
-        share_evenly(&mut weights);
+        let (weights, mean) = cell_weights(&map, strength, columns, &cosines);
+        let weights = share_evenly(&weights, &compensated(&weights, columns, &cosines));
         // Weights are finite and few enough by the bounds on texels and cells; else the sky is left to BSDF samples.
         let cells = Distribution2D::new(&weights, columns).unwrap_or_default();
         let axes = [orientation.x_axis, orientation.y_axis, orientation.z_axis].map(|a| a.as_vec3());
@@ -281,12 +281,27 @@ fn cell_weights(map: &RadianceMap, strength: Spectrum, columns: usize, cosines: 
     (weights, Spectrum(mean.map(|m| m as f32)))
 }
 
-/// Deals [`EVEN_SHARE`] of the whole to the cells that have a weight, alike.
-fn share_evenly(weights: &mut [f64]) {
-    let total: f64 = weights.iter().sum();
+/// What of each cell is above the mean of the sphere: the rest is found as well by scattering, and where both sample, a density
+/// that leaves it out has the least variance (Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple
+/// Importance Sampling", 2019). All of it where nothing is above the mean.
+fn compensated(weights: &[f64], columns: usize, cosines: &[f64]) -> Vec<f64> {
+    // Over the solid angle in units of the sphere.
+    let mean: f64 = weights.iter().sum();
+    let share = |row: usize| 0.5 * (cosines[row] - cosines[row + 1]) / columns as f64;
+    let above = |(i, w): (usize, &f64)| {
+        let excess = w - mean * share(i / columns);
+        // Rounding is no light.
+        if excess > 1e-9 * w { excess } else { 0.0 }
+    };
+    let excess: Vec<f64> = weights.iter().enumerate().map(above).collect();
+    if excess.iter().any(|w| *w > 0.0) { excess } else { weights.to_vec() }
+}
+
+/// `kept` with [`EVEN_SHARE`] of the whole dealt out to the cells that shine by `weights`, alike.
+fn share_evenly(weights: &[f64], kept: &[f64]) -> Vec<f64> {
+    let total: f64 = kept.iter().sum();
     let shining = weights.iter().filter(|w| **w > 0.0).count();
     let even = total * EVEN_SHARE / shining.max(1) as f64;
-    for weight in weights.iter_mut().filter(|w| **w > 0.0) {
-        *weight = *weight * (1.0 - EVEN_SHARE) + even;
-    }
+    let share = |(w, kept): (&f64, &f64)| if *w > 0.0 { kept * (1.0 - EVEN_SHARE) + even } else { 0.0 };
+    weights.iter().zip(kept).map(share).collect()
 }

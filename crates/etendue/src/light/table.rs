@@ -1,12 +1,16 @@
 //! All lights of a scene, and the choice among them.
 
-use super::{Light, LightCircle, LightContext, LightSample};
-use crate::{bsdf::Density, math::Vec3, sampling::Distribution1D, spectrum::Spectrum};
+use super::{
+    Light, LightCircle, LightContext, LightSample,
+    extent::Extent,
+    tree::{Gathers, LightTree, MAX_SOURCES, Selected, Source},
+};
+use crate::{bsdf::Density, math::Vec3, medium::Segment, sampling::Distribution1D, spectrum::Spectrum};
 
-/// Most lights that a table takes: leaves at least half of the probability to be dealt out by power.
-pub const MAX_LIGHTS: usize = Distribution1D::MAX_LEN;
+/// Most lights that a table takes.
+pub const MAX_LIGHTS: usize = MAX_SOURCES;
 
-/// So many lights that circles may meet are looked at one by one; among more one is chosen by power.
+/// So many lights that circles may meet are looked at one by one; among more one is chosen as for other surfaces.
 const FEW: usize = 24;
 
 /// Why a [`LightTable`] cannot be built.
@@ -23,17 +27,27 @@ pub enum LightTableError {
     SeveralEnvironments,
 }
 
-/// Lights with their selection probabilities, immutable. Lights are named by their index in the list that the table was
-/// built from.
+/// Lights with what their choice goes by, immutable. Lights are named by their index in the list that the table was built from.
 ///
-/// A light is chosen in proportion to its power ([`Light::power`]). Lights at infinity share at most one half if there
-/// are others: their power grows with the scene and would starve small lamps in a large one. Lights without power
-/// are never chosen; any other has a probability of at least 2^-24.
+/// Lights from infinity are chosen in proportion to their power ([`Light::power`]), and as one share: that of their power,
+/// but at most one half if there are others, since it grows with the scene and would starve small lamps in a large one. Other
+/// lights are chosen by what they may bring to the point that gathers. Lights without power are never chosen. An environment that
+/// is the same in all directions is chosen by surfaces that reflect alone: what scatters to both sides or in a medium finds
+/// it best by itself, and samples of it would be rays for nothing (Karlik et al., "MIS Compensation: Optimizing Sampling
+/// Techniques in Multiple Importance Sampling", 2019).
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
     lights: Vec<Light>,
-    /// Which light, by power.
+    /// The environment that is the same in all directions, if there is one, with the probability that it is chosen where it may
+    /// be; the other shares are of the rest.
+    even: Option<u32>,
+    even_share: f32,
+    /// Which other light from infinity, of `far`.
     selection: Distribution1D,
+    far: Box<[u32]>,
+    /// Probability that one of these is chosen.
+    far_share: f32,
+    tree: LightTree,
     environment: Option<u32>,
     /// The lights with power that a circle may meet, if they are few.
     few: Option<Box<[u32]>>,
@@ -52,15 +66,29 @@ impl LightTable {
         if lights.iter().filter(|light| light.is_environment()).count() > 1 {
             return Err(LightTableError::SeveralEnvironments);
         }
-        let mut weights: Vec<f64> = lights.iter().map(|light| light.power(scene_radius)).collect();
-        limit_infinite(&lights, &mut weights);
+        let weights: Vec<f64> = lights.iter().map(|light| light.power(scene_radius)).collect();
+        let is_even = |i: &usize| matches!(lights[*i], Light::Environment(_));
+        let even = (0..lights.len()).find(|i| is_even(i) && weights[*i] > 0.0);
+        let far = (0..lights.len()).filter(|i| lights[*i].is_infinite() && !is_even(i));
+        let far: Box<[u32]> = far.map(|i| i as u32).collect();
+        let far_weights: Vec<f64> = far.iter().map(|i| weights[*i as usize]).collect();
         // Powers are finite and not negative, so the number is all that can be wrong.
-        let selection = Distribution1D::new(&weights).map_err(|_| LightTableError::TooMany { count: lights.len() })?;
+        let selection =
+            Distribution1D::new(&far_weights).map_err(|_| LightTableError::TooMany { count: far_weights.len() })?;
+        let sources = sources(&lights, &weights);
+        let near: f64 = sources.iter().map(|source| weights[source.index as usize]).sum();
+        let (sky, suns) = (even.map_or(0.0, |i| weights[i]), far_weights.iter().sum::<f64>());
+        // Of all light from infinity, and of it without the even sky.
+        let even_share = if sky > 0.0 { far_share(sky + suns, near) * (sky / (sky + suns)) as f32 } else { 0.0 };
+        let far_share = far_share(suns, near);
         let met = |light: &Light| matches!(light, Light::Triangle(_) | Light::Rectangle(_) | Light::Sphere(_));
         let candidates = (0..lights.len()).filter(|&i| met(&lights[i]) && weights[i] > 0.0).map(|i| i as u32);
         let few: Vec<u32> = candidates.take(FEW + 1).collect();
         let few = (few.len() <= FEW).then(|| few.into());
-        Ok(Self { lights, selection, environment: environment.map(|index| index as u32), few })
+        let tree = LightTree::new(sources, lights.len());
+        let environment = environment.map(|index| index as u32);
+        let even = even.map(|index| index as u32);
+        Ok(Self { lights, even, even_share, selection, far, far_share, tree, environment, few })
     }
 
     /// The lights, degenerate ones included.
@@ -72,7 +100,18 @@ impl LightTable {
     /// True if there is no light that could be chosen.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.selection.is_empty()
+        self.even.is_none() && self.tree.is_empty() && self.selection.is_empty()
+    }
+
+    /// True if light `index` may be chosen at some point.
+    pub fn may_choose(&self, index: u32) -> bool {
+        self.even == Some(index) || self.tree.holds(index) || self.far_probability(index) > 0.0
+    }
+
+    /// Probability that the even environment is chosen.
+    #[inline]
+    fn even_probability(&self, ctx: &LightContext) -> f32 {
+        if ctx.transmits || ctx.normal == Vec3::ZERO { 0.0 } else { self.even_share }
     }
 
     /// The index of the environment, if there is one.
@@ -89,29 +128,70 @@ impl LightTable {
 
     /// Probability that [`LightTable::select`] chooses light `index`; 0 beyond the last.
     #[inline]
-    pub fn probability(&self, index: u32) -> f32 {
-        self.selection.probability(index as usize)
+    pub fn probability(&self, ctx: &LightContext, index: u32) -> f32 {
+        let even = self.even_probability(ctx);
+        match self.lights.get(index as usize) {
+            Some(Light::Environment(_)) => even,
+            Some(light) if light.is_infinite() => (1.0 - even) * self.far_probability(index),
+            Some(_) => (1.0 - even) * (1.0 - self.far_share) * self.tree.probability(ctx, index),
+            None => 0.0,
+        }
     }
 
-    /// The light for the number `u` in [0, 1), or `None` in an empty table.
     #[inline]
-    pub fn select(&self, u: f32) -> Option<u32> {
-        self.selection.choose(u).map(|choice| choice.index as u32)
+    fn far_probability(&self, index: u32) -> f32 {
+        self.far.binary_search(&index).map_or(0.0, |at| self.far_share * self.selection.probability(at))
+    }
+
+    /// The light for the number `u` in [0, 1), of which 24 bits choose among eight lights: many lights need more. `None` where
+    /// no light can bring anything.
+    #[inline]
+    pub fn select(&self, ctx: &LightContext, u: f64) -> Option<Selected> {
+        let even = self.even_probability(ctx);
+        if u < f64::from(even) {
+            return Some(Selected { index: self.even?, probability: even });
+        }
+        let u = (u - f64::from(even)) / (1.0 - f64::from(even));
+        let share = f64::from(self.far_share);
+        if u < share {
+            let choice = self.selection.choose((u / share) as f32)?;
+            let probability = (1.0 - even) * (self.far_share * choice.probability);
+            return Some(Selected { index: self.far[choice.index], probability });
+        }
+        self.select_near(ctx, (u - share) / (1.0 - share), (1.0 - even) * (1.0 - self.far_share))
+    }
+
+    #[inline]
+    fn select_near(&self, gathers: &impl Gathers, u: f64, share: f32) -> Option<Selected> {
+        let selected = self.tree.select(gathers, u)?;
+        Some(Selected { probability: share * selected.probability, ..selected })
+    }
+
+    /// A light at some place for all points of a segment, none of which is known yet: as [`LightTable::select`].
+    #[inline]
+    pub fn select_along(&self, segment: &Segment, u: f64) -> Option<Selected> {
+        self.select_near(segment, u, 1.0)
+    }
+
+    /// Probability that [`LightTable::select_along`] chooses light `index`; 0 for light from infinity.
+    #[inline]
+    pub fn probability_along(&self, segment: &Segment, index: u32) -> f32 {
+        self.tree.probability(segment, index)
     }
 
     /// A direction towards a light chosen with `u_select`, a number in [0, 1); `u` in [0, 1)^2 places it on the light.
     /// `None` if the light cannot be seen from the context (its whole surface facing away): an estimate of 0.
     #[inline]
-    pub fn sample(&self, ctx: &LightContext, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
-        self.sample_chosen(ctx, self.select(u_select)?, u)
+    pub fn sample(&self, ctx: &LightContext, u_select: f64, u: [f32; 2]) -> Option<LightSample> {
+        self.sample_chosen(ctx, self.select(ctx, u_select)?, u)
     }
 
-    /// As [`LightTable::sample`], towards light `index`, which [`LightTable::select`] has chosen.
+    /// As [`LightTable::sample`], towards a light that has been chosen.
     #[inline]
-    pub fn sample_chosen(&self, ctx: &LightContext, index: u32, u: [f32; 2]) -> Option<LightSample> {
-        let probability = self.probability(index);
-        let sample = self.lights.get(index as usize)?.sample(ctx, u)?;
-        Some(LightSample { density: sample.density.chosen(probability), ..sample })
+    pub fn sample_chosen(&self, ctx: &LightContext, chosen: Selected, u: [f32; 2]) -> Option<LightSample> {
+        let sample = self.lights.get(chosen.index as usize)?.sample(ctx, u)?;
+        let density = sample.density.chosen(chosen.probability);
+        (density.value() > 0.0).then_some(LightSample { density, ..sample })
     }
 
     /// Density per solid angle with which [`LightTable::sample`] draws the unit vector `wi` towards light `light`, its
@@ -119,7 +199,7 @@ impl LightTable {
     /// for lights that are never chosen, and where `sample` gives `None`.
     #[inline]
     pub fn pdf_hit(&self, ctx: &LightContext, light: u32, wi: Vec3, distance: f32) -> f32 {
-        let probability = self.probability(light);
+        let probability = self.probability(ctx, light);
         if probability > 0.0 { probability * self.lights[light as usize].pdf(ctx, wi, distance) } else { 0.0 }
     }
 
@@ -134,19 +214,19 @@ impl LightTable {
 /// mean radiance: what brushed metal would reflect of them without shadows.
 impl LightTable {
     /// A direction of a circle towards a light, with its density per radian, and the light's index. `u_select` in [0, 1)
-    /// chooses the light, `u` in [0, 1)^2 the angle (its second number refines the choice). `None` where the circle meets
-    /// no light, or not the chosen one: an estimate of 0.
-    pub fn sample_circle(&self, circle: &LightCircle, u_select: f32, u: [f32; 2]) -> Option<(u32, LightSample)> {
+    /// chooses the light, the first number of `u` the angle. `None` where the circle meets no light, or not the chosen one: an
+    /// estimate of 0.
+    pub fn sample_circle(&self, circle: &LightCircle, u_select: f64, u: [f32; 2]) -> Option<(u32, LightSample)> {
         let Some(few) = &self.few else {
-            let index = self.select(u_select)?;
-            return self.sample_arcs(circle, index, |_| f64::from(self.probability(index)), u[0]);
+            let chosen = self.select(&circle.context(), u_select)?;
+            return self.sample_arcs(circle, chosen.index, |_| f64::from(chosen.probability), u[0]);
         };
         let weights = self.weights(few, circle);
         let total: f64 = weights.iter().sum();
         if !(total > 0.0 && total.is_finite()) {
             return None;
         }
-        let mut left = (f64::from(u_select) + f64::from(u[1]) / f64::from(1 << 24)) * total;
+        let mut left = u_select * total;
         let mut chosen = None;
         for (index, weight) in few.iter().zip(weights).filter(|(_, weight)| *weight > 0.0) {
             chosen = Some(*index);
@@ -199,7 +279,7 @@ impl LightTable {
             return 0.0;
         }
         let probability = match &self.few {
-            None => f64::from(self.probability(light)),
+            None => f64::from(self.probability(&circle.context(), light)),
             Some(few) => self.brightness(light) * mass / self.weights(few, circle).iter().sum::<f64>(),
         };
         super::finite_density(probability * circle.density(phi) / mass).unwrap_or(0.0)
@@ -219,16 +299,22 @@ impl LightTable {
     }
 }
 
-/// Scales the weights of lights at infinity down to what all others have together, if there are others.
-fn limit_infinite(lights: &[Light], weights: &mut [f64]) {
-    let sum = |infinite: bool| -> f64 {
-        lights.iter().zip(&*weights).filter(|(light, _)| light.is_infinite() == infinite).map(|(_, w)| w).sum()
-    };
-    let (near, far) = (sum(false), sum(true));
-    if near > 0.0 && far > near {
-        let scale = near / far;
-        for (_, weight) in lights.iter().zip(weights).filter(|(light, _)| light.is_infinite()) {
-            *weight *= scale;
-        }
+/// Share of the choices that light from infinity has, in whole multiples of 2^-12.
+fn far_share(far: f64, near: f64) -> f32 {
+    const STEPS: f64 = 4096.0;
+    match (far > 0.0, near > 0.0) {
+        (false, _) => 0.0,
+        (true, false) => 1.0,
+        (true, true) => ((far / (far + near)).min(0.5) * STEPS).round().max(1.0) as f32 / STEPS as f32,
     }
+}
+
+/// The lights at some place that have power.
+fn sources(lights: &[Light], weights: &[f64]) -> Vec<Source> {
+    let shine = |i: &usize| weights[*i] > 0.0 && !lights[*i].is_infinite();
+    let largest = (0..lights.len()).filter(shine).fold(0.0, |most: f64, i| most.max(weights[i]));
+    // Scaled, so that no sum overflows; and none so dark that it vanishes.
+    let power = |i: usize| ((weights[i] / largest).max(1e-24)) as f32;
+    let source = |i| Some(Source { index: i as u32, power: power(i), extent: Extent::of(&lights[i])? });
+    (0..lights.len()).filter(shine).filter_map(source).collect()
 }

@@ -1,7 +1,7 @@
 //! Emissive triangles.
 
 use super::{
-    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density,
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density, patch::Patch,
     planar::Facing, spherical::SphericalTriangle,
 };
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
     spectrum::Spectrum,
 };
 
-/// An emissive triangle, sampled uniformly in solid angle.
+/// An emissive triangle, sampled uniformly in solid angle, or from afar, where that is nearly the same, by area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleLight {
     /// Metres; the front is where they turn counter-clockwise.
@@ -20,6 +20,14 @@ pub struct TriangleLight {
     pub two_sided: bool,
 }
 
+/// How the light looks from a context.
+#[expect(clippy::large_enum_variant, reason = "lives on the stack, for one sample")]
+enum View {
+    Patch(Patch),
+    /// With the vertices relative to the context.
+    Spherical(SphericalTriangle, [DVec3; 3]),
+}
+
 impl TriangleLight {
     #[inline]
     fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
@@ -27,13 +35,18 @@ impl TriangleLight {
     }
 
     #[inline]
-    fn view(&self, ctx: &LightContext) -> Option<(Facing, SphericalTriangle, [DVec3; 3])> {
+    fn view(&self, ctx: &LightContext) -> Option<(Facing, View)> {
         let vertices = self.vertices.map(|v| v.as_dvec3());
         let cross = Self::cross(vertices);
         let facing = Facing::new(ctx, &vertices, cross, self.two_sided)?;
         let point = ctx.point.as_dvec3();
         let relative = vertices.map(|v| v - point);
-        Some((facing, SphericalTriangle::new(relative, cross), relative))
+        let [a, b, c] = relative;
+        let view = match Patch::triangle(&facing, a, b - a, c - a) {
+            Some(patch) => View::Patch(patch),
+            None => View::Spherical(SphericalTriangle::new(relative, cross), relative),
+        };
+        Some((facing, view))
     }
 }
 
@@ -62,14 +75,26 @@ impl Emitter for TriangleLight {
 
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
-        let (facing, triangle, [a, b, c]) = self.view(ctx)?;
-        let w = triangle.sample(u.map(f64::from));
-        facing.sample(w[0] * a + w[1] * b + w[2] * c, [w[1], w[2]], 1.0 / triangle.solid_angle, self.radiance)
+        let (facing, view) = self.view(ctx)?;
+        let u = u.map(f64::from);
+        let (offset, at, density) = match view {
+            View::Patch(patch) => patch.sample(u),
+            View::Spherical(triangle, [a, b, c]) => {
+                let w = triangle.sample(u);
+                (w[0] * a + w[1] * b + w[2] * c, [w[1], w[2]], 1.0 / triangle.solid_angle)
+            }
+        };
+        facing.sample(offset, at, density, self.radiance)
     }
 
     #[inline]
-    fn pdf(&self, ctx: &LightContext, _wi: Vec3, _distance: f32) -> f32 {
-        self.view(ctx).and_then(|(_, triangle, _)| finite_density(1.0 / triangle.solid_angle)).unwrap_or(0.0)
+    fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
+        let Some((_, view)) = self.view(ctx) else { return 0.0 };
+        let density = match view {
+            View::Patch(patch) => patch.pdf(wi),
+            View::Spherical(triangle, _) => 1.0 / triangle.solid_angle,
+        };
+        finite_density(density).unwrap_or(0.0)
     }
 
     fn arcs(&self, circle: &LightCircle) -> Arcs {

@@ -240,13 +240,28 @@ impl Sampler {
         });
     }
 
+    /// A number in [0, 1) with 48 bits, for choices among very many things: [`Sampler::one_d`], and hashed bits below it.
+    #[inline]
+    pub fn fine(self, key: SampleKey, vertex: u32, slot: Slot) -> f64 {
+        let below = f64::from(self.stream(key, vertex, slot).next_f32()) / f64::from(1 << 24);
+        f64::from(self.one_d(key, vertex, slot)) + below
+    }
+
+    /// [`Sampler::fine`] for the first `n` lanes. A loop without branches.
+    #[inline(always)]
+    pub(crate) fn fine_lanes<const N: usize>(self, keys: &KeyLanes<N>, n: usize, slot: Slot, out: &mut [f64; N]) {
+        dispatch!(self, P => for i in 0..n.min(N) {
+            let (key, dimension) = keys.dimension(i, slot);
+            let below = f64::from(Stream::new(dimension, key.index).next_f32()) / f64::from(1 << 24);
+            out[i] = f64::from(P::one_d(key, dimension)) + below;
+        });
+    }
+
     /// As many numbers as a loop without bound may need at one (vertex, slot), independent of everything else. They are
     /// hashed whatever the sampler.
     #[inline]
     pub fn stream(self, key: SampleKey, vertex: u32, slot: Slot) -> Stream {
-        let dimension = dimension(key.stream, slot_hash(vertex, slot));
-        // Apart from the numbers of the independent sampler at this slot, which start from the same hash.
-        Stream { state: mix(!dimension ^ mix(u64::from(key.index) ^ GOLDEN)) }
+        Stream::new(dimension(key.stream, slot_hash(vertex, slot)), key.index)
     }
 }
 
@@ -275,8 +290,14 @@ pub struct Stream {
 }
 
 impl Stream {
+    #[inline(always)]
+    fn new(dimension: u64, index: u32) -> Self {
+        // Apart from the numbers of the independent sampler at this slot, which start from the same hash.
+        Self { state: mix(!dimension ^ mix(u64::from(index) ^ GOLDEN)) }
+    }
+
     /// The next number in [0, 1).
-    #[inline]
+    #[inline(always)]
     pub fn next_f32(&mut self) -> f32 {
         self.state = self.state.wrapping_add(GOLDEN);
         to_unit((mix(self.state) >> 32) as u32)

@@ -14,7 +14,7 @@ pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
     bsdf::Bsdf,
-    light::{Light, LightCircle, LightContext, LightSample, LightTable, RectangleFrame},
+    light::{Light, LightCircle, LightContext, LightSample, LightTable, RectangleFrame, Selected},
     material::Material,
     math::{DVec3, Frame, Vec2, Vec3},
     spectrum::Spectrum,
@@ -176,15 +176,15 @@ impl Scene {
     /// A direction towards a light chosen with `u_select`, as [`LightTable::sample`], with the radiance at the sampled point
     /// where a light's emission or opacity has a texture (the lights of the table have means).
     #[inline]
-    pub fn sample_light(&self, ctx: &LightContext, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
-        self.sample_chosen_light(ctx, self.lights.select(u_select)?, u)
+    pub fn sample_light(&self, ctx: &LightContext, u_select: f64, u: [f32; 2]) -> Option<LightSample> {
+        self.sample_chosen_light(ctx, self.lights.select(ctx, u_select)?, u)
     }
 
-    /// As [`Self::sample_light`], towards light `index`, which [`LightTable::select`] has chosen.
+    /// As [`Self::sample_light`], towards a light that has been chosen.
     #[inline]
-    pub fn sample_chosen_light(&self, ctx: &LightContext, index: u32, u: [f32; 2]) -> Option<LightSample> {
-        let sample = self.lights.sample_chosen(ctx, index, u)?;
-        Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
+    pub fn sample_chosen_light(&self, ctx: &LightContext, chosen: Selected, u: [f32; 2]) -> Option<LightSample> {
+        let sample = self.lights.sample_chosen(ctx, chosen, u)?;
+        Some(self.varied.look_up(&self.placements, &self.materials, chosen.index, sample))
     }
 
     /// What is constant about light `index` and its radiance, if it is a rectangle whose emission has no texture.
@@ -196,7 +196,7 @@ impl Scene {
 
     /// A direction of a circle towards a light, as [`LightTable::sample_circle`], with the radiance at the sampled point.
     #[inline(never)]
-    pub fn sample_light_circle(&self, circle: &LightCircle, u_select: f32, u: [f32; 2]) -> Option<LightSample> {
+    pub fn sample_light_circle(&self, circle: &LightCircle, u_select: f64, u: [f32; 2]) -> Option<LightSample> {
         let (index, sample) = self.lights.sample_circle(circle, u_select, u)?;
         Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
     }

@@ -161,7 +161,7 @@ fn irradiance_below_a_gradient() {
         let (h, t) = (f64::from(horizon), f64::from(far));
         let expected = 2.0 * PI * (h / 2.0 + (t - h) / 3.0);
         t_test(&estimate, expected).assert(sidak(0.01, 2), "floor below a gradient");
-        assert!(estimate.standard_error() < 5e-3 * expected);
+        assert!(estimate.standard_error() < 0.02 * expected);
     }
 }
 

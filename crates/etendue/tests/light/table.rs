@@ -9,13 +9,14 @@ use super::{
 use etendue::{
     bsdf::Density,
     light::{
-        ConstantEnvironment, DirectionalLight, Light, LightContext, LightTable, LightTableError, MAX_LIGHTS,
-        PointLightSource, SphereLight, TriangleLight,
+        ConstantEnvironment, DirectionalLight, Light, LightContext, LightTable, LightTableError, PointLightSource,
+        RectangleLight, SphereLight, TriangleLight,
     },
     math::{DVec3, Vec3},
+    medium::Segment,
     spectrum::Spectrum,
 };
-use etendue_testkit::{Moments, Rng};
+use etendue_testkit::{Moments, Rng, chi2::ChiSquare};
 use std::f64::consts::PI;
 
 const QUANTA: u32 = 1 << 24;
@@ -49,35 +50,121 @@ fn crowd(n: usize, seed: u64) -> Vec<Light> {
     lights
 }
 
-fn total_probability(table: &LightTable) -> f64 {
-    (0..table.lights().len() as u32).map(|i| f64::from(table.probability(i))).sum()
+/// Contexts of all kinds in and about the crowd.
+fn contexts() -> Vec<LightContext> {
+    let mut rng = Rng::new(99);
+    let gathers = [(true, false), (true, true), (false, true)];
+    (0..12)
+        .map(|i| {
+            let (surface, transmits) = gathers[i % 3];
+            let point = (direction(&mut rng) * rng.range(0.0, 6.0)).as_vec3();
+            let normal = if surface { direction(&mut rng).as_vec3() } else { Vec3::ZERO };
+            LightContext { point, normal, transmits }
+        })
+        .collect()
 }
 
-/// Every number that a 24-bit selection can be: each light comes up exactly as often as its probability says.
+fn probabilities(table: &LightTable, ctx: &LightContext) -> Vec<f64> {
+    (0..table.lights().len() as u32).map(|i| f64::from(table.probability(ctx, i))).collect()
+}
+
+fn total_probability(table: &LightTable, ctx: &LightContext) -> f64 {
+    probabilities(table, ctx).iter().sum()
+}
+
+/// Each light comes up as often as its probability says, and what is stated with a choice is its probability.
 #[test]
-fn probabilities_are_exact() {
-    for n in [1, 2, 3, 7, 64, 1000, 100_000] {
+fn selection_follows_its_probabilities() {
+    let mut tests = 0;
+    for n in [1, 2, 3, 7, 9, 64, 1000] {
         let table = LightTable::new(crowd(n, n as u64), 4.0).unwrap();
-        let mut counts = vec![0u32; n];
-        for quantum in 0..QUANTA {
-            counts[table.select(quantum as f32 / QUANTA as f32).unwrap() as usize] += 1;
+        for ctx in contexts() {
+            let stated = probabilities(&table, &ctx);
+            let total: f64 = stated.iter().sum();
+            if total == 0.0 {
+                assert!((0..100).all(|i| table.select(&ctx, f64::from(i) / 100.0).is_none()));
+                continue;
+            }
+            // Below 1 where a cluster looked brighter from afar than its parts.
+            assert!(total < 1.0 + 1e-5 && total > 0.3, "{n} lights from {ctx:?}: {total}");
+            tests += 1;
+            let outcome =
+                ChiSquare::new(samples(20_000, 2_000_000)).seed(n as u64 + 1000 * tests).indices(&stated, |rng| {
+                    let chosen = table.select(&ctx, rng.f64())?;
+                    assert_eq!(chosen.probability, table.probability(&ctx, chosen.index));
+                    Some(chosen.index as usize)
+                });
+            outcome.assert(1e-3, 7 * contexts().len(), &format!("{n} lights from {ctx:?}"));
         }
-        for (i, count) in counts.iter().enumerate() {
-            assert_eq!(*count as f32 / QUANTA as f32, table.probability(i as u32), "light {i} of {n}");
-        }
-        assert_eq!(total_probability(&table), 1.0);
+    }
+    assert!(tests > 60);
+}
+
+/// As above, for lights chosen along segments.
+#[test]
+fn selection_along_segments_follows_its_probabilities() {
+    let table = LightTable::new(crowd(300, 5), 4.0).unwrap();
+    let mut rng = Rng::new(3);
+    for test in 0..6 {
+        let origin = (direction(&mut rng) * rng.range(0.0, 6.0)).as_vec3();
+        let length = if test % 2 == 0 { 3.0 } else { f32::INFINITY };
+        let segment = Segment { origin, direction: direction(&mut rng).as_vec3(), length };
+        let stated: Vec<f64> = (0..300).map(|i| f64::from(table.probability_along(&segment, i))).collect();
+        // All but the environment can be chosen.
+        assert_eq!(stated.iter().filter(|p| **p == 0.0).count(), 1);
+        let outcome = ChiSquare::new(samples(20_000, 2_000_000)).seed(test).indices(&stated, |rng| {
+            let chosen = table.select_along(&segment, rng.f64())?;
+            assert_eq!(chosen.probability, table.probability_along(&segment, chosen.index));
+            Some(chosen.index as usize)
+        });
+        outcome.assert(1e-3, 6, &format!("{segment:?}"));
     }
 }
 
+/// Whatever brings light to a point may be chosen there: for every kind of light and way to gather, alone with one other light
+/// and in a crowd.
 #[test]
-fn lights_are_chosen_by_power() {
-    let lights: Vec<Light> = crowd(500, 1).into_iter().filter(|l| !matches!(l, Light::Environment(_))).collect();
-    let table = LightTable::new(lights.clone(), 4.0).unwrap();
-    let total: f64 = lights.iter().map(|l| l.power(4.0)).sum();
-    for (i, light) in lights.iter().enumerate() {
-        let (share, got) = (light.power(4.0) / total, f64::from(table.probability(i as u32)));
-        assert!((share - got).abs() < 502.0 / f64::from(QUANTA), "light {i}: {share} but {got}");
+fn no_light_that_shines_is_left_out() {
+    let mut rng = Rng::new(8);
+    let mut shining = 0;
+    for Case { name, light, ctx } in cases::all() {
+        let far_off = Light::Point(PointLightSource { position: Vec3::splat(3e5), intensity: RADIANCE });
+        let mut lights = vec![far_off; 20];
+        lights.push(light.clone());
+        for lights in [lights[19..].to_vec(), lights] {
+            let index = lights.len() as u32 - 1;
+            let table = LightTable::new(lights, 4.0).unwrap();
+            let probability = table.probability(&ctx, index);
+            for _ in 0..40 {
+                let Some(sample) = light.sample(&ctx, rng.f32x2()) else { continue };
+                let cos = ctx.normal.dot(sample.wi);
+                let taken = ctx.normal == Vec3::ZERO || ctx.transmits || cos > 0.0;
+                // An even sky is left to what transmits.
+                let even = matches!(light, Light::Environment(_)) && (ctx.transmits || ctx.normal == Vec3::ZERO);
+                shining += u32::from(taken && !even);
+                assert!(!taken || even || probability > 0.0, "{name}: cosine {cos}");
+            }
+        }
     }
+    assert!(shining > 10_000, "{shining}");
+}
+
+/// Near lights that face the point are chosen more often than others of the same power.
+#[test]
+fn choices_go_where_light_comes_from() {
+    let facing = |at: Vec3, down: bool| {
+        let (u, v) = if down { (Vec3::X, Vec3::Z) } else { (Vec3::Z, Vec3::X) };
+        let (u, v) = (u * 0.1, v * 0.1);
+        Light::Rectangle(RectangleLight { corner: at, u, v, radiance: RADIANCE, two_sided: false })
+    };
+    let table = |lights| LightTable::new(lights, 10.0).unwrap();
+    let ctx = LightContext { point: Vec3::ZERO, normal: Vec3::Y, transmits: false };
+    let share = |lights| table(lights).probability(&ctx, 0);
+    // Five times as far: 1/25 of the light; the other way round: none, but for the slack of bounds.
+    let far = share(vec![facing(Vec3::Y, true), facing(Vec3::Y * 5.0, true)]);
+    assert!((far - 25.0 / 26.0).abs() < 0.01, "{far}");
+    assert_eq!(share(vec![facing(Vec3::Y, true), facing(Vec3::Y, false)]), 1.0);
+    assert_eq!(share(vec![facing(Vec3::Y, true), facing(Vec3::NEG_Y, true)]), 1.0);
 }
 
 #[test]
@@ -108,8 +195,8 @@ fn densities_include_the_choice() {
     let ctx = LightContext { point: Vec3::new(0.1, 0.2, 0.3), normal: Vec3::Y, transmits: true };
     let mut rng = Rng::new(1);
     for _ in 0..20_000 {
-        let (select, u) = (rng.f32(), rng.f32x2());
-        let index = table.select(select).unwrap();
+        let (select, u) = (rng.f64(), rng.f32x2());
+        let index = table.select(&ctx, select).unwrap().index;
         let Some(sample) = table.sample(&ctx, select, u) else { continue };
         let light = &table.lights()[index as usize];
         let distance = sample.target.map_or(f32::INFINITY, |t| t.distance(ctx.point));
@@ -118,7 +205,7 @@ fn densities_include_the_choice() {
             _ => table.pdf_hit(&ctx, index, sample.wi, distance),
         };
         match (light, sample.density) {
-            (Light::Point(_), Density::Discrete(p)) => assert!(p == table.probability(index) && pdf == 0.0),
+            (Light::Point(_), Density::Discrete(p)) => assert!(p == table.probability(&ctx, index) && pdf == 0.0),
             (_, Density::SolidAngle(d)) => assert!((pdf / d - 1.0).abs() < 1e-5, "{light:?}: {d} {pdf}"),
             wrong => panic!("{wrong:?}"),
         }
@@ -144,7 +231,7 @@ fn irradiance_of_many_lights() {
         let table = LightTable::new(lights, 4.0).unwrap();
         let mut rng = Rng::new(test as u64);
         let estimate: Moments = (0..samples(100_000, 3_000_000))
-            .map(|_| gathered(table.sample(&ctx, rng.f32(), rng.f32x2()), normal))
+            .map(|_| gathered(table.sample(&ctx, rng.f64(), rng.f32x2()), normal))
             .collect();
         assert_agrees(&estimate, expected, expected, 5, &format!("{n} lights"));
         assert!(estimate.standard_error() < 0.02 * expected, "{n} lights: the test is blunt");
@@ -165,20 +252,14 @@ fn a_million_lights() {
             }
         }
     }
-    let whole = etendue::light::RectangleLight {
-        corner: corner(0, 0),
-        u: Vec3::Y,
-        v: Vec3::X,
-        radiance: RADIANCE,
-        two_sided: false,
-    };
+    let whole = RectangleLight { corner: corner(0, 0), u: Vec3::Y, v: Vec3::X, radiance: RADIANCE, two_sided: false };
     let ctx = LightContext { point: Vec3::new(0.2, 0.1, 0.3), normal: Vec3::new(0.6, 0.0, 0.8), transmits: false };
     let expected = closed_form(&Light::Rectangle(whole), ctx.point, double(ctx.normal));
     let table = LightTable::new(lights, 2.0).unwrap();
-    assert_eq!(total_probability(&table), 1.0);
+    assert!((total_probability(&table, &ctx) - 1.0).abs() < 1e-3);
     let mut rng = Rng::new(1);
     let estimate: Moments = (0..samples(300_000, 10_000_000))
-        .map(|_| gathered(table.sample(&ctx, rng.f32(), rng.f32x2()), double(ctx.normal)))
+        .map(|_| gathered(table.sample(&ctx, rng.f64(), rng.f32x2()), double(ctx.normal)))
         .collect();
     assert_agrees(&estimate, expected, expected, 1, "a million triangles");
 }
@@ -201,16 +282,17 @@ fn degenerate_lights_are_left_out() {
     ];
     let only_bad: Vec<Light> = lights.iter().filter(|l| **l != lights[1]).cloned().collect();
     let table = LightTable::new(lights, 1.0).unwrap();
-    assert_eq!(table.probability(1), 1.0);
-    assert_eq!(total_probability(&table), 1.0);
     let ctx = LightContext { point: Vec3::Z, normal: Vec3::Z, transmits: true };
+    assert_eq!(table.probability(&ctx, 1), 1.0);
+    assert_eq!(total_probability(&table, &ctx), 1.0);
+    assert!((0..9).all(|i| table.may_choose(i) == (i == 1)));
     assert_eq!(table.pdf_hit(&ctx, 0, Vec3::NEG_Z, 1.0), 0.0);
     assert_eq!(table.pdf_hit(&ctx, 4, Vec3::NEG_Z, 1.0), 0.0);
     assert_eq!(table.pdf_hit(&ctx, u32::MAX, Vec3::NEG_Z, 1.0), 0.0);
     for empty in [LightTable::default(), LightTable::new(only_bad, 1.0).unwrap()] {
         assert!(empty.is_empty() && empty.environment().is_none());
-        assert!(empty.select(0.5).is_none() && empty.sample(&ctx, 0.5, [0.5; 2]).is_none());
-        assert_eq!((empty.probability(0), empty.pdf_environment(&ctx, Vec3::Z)), (0.0, 0.0));
+        assert!(empty.select(&ctx, 0.5).is_none() && empty.sample(&ctx, 0.5, [0.5; 2]).is_none());
+        assert_eq!((empty.probability(&ctx, 0), empty.pdf_environment(&ctx, Vec3::Z)), (0.0, 0.0));
         assert_eq!(empty.environment_radiance(Vec3::Z), Spectrum::BLACK);
     }
 }
@@ -225,11 +307,18 @@ fn lights_at_infinity() {
     let table = LightTable::new(vec![lamp.clone(), sun, sky.clone()], 1e6).unwrap();
     assert_eq!((table.environment(), table.environment_radiance(Vec3::X)), (Some(2), Spectrum([1.0, 2.0, 3.0])));
     // A sun of pi W m^-2 has pi^2 R^2 W, a sky of radiance 2 has 8 pi^2 R^2 W.
-    for (index, share) in [(0, 0.5), (1, 0.5 / 9.0), (2, 4.0 / 9.0)] {
-        assert!((table.probability(index) - share).abs() < 1e-6, "light {index}: {}", table.probability(index));
+    // What transmits finds an even sky by itself.
+    let surface = LightContext { point: Vec3::ZERO, normal: Vec3::Y, transmits: false };
+    let glass = LightContext { transmits: true, ..surface };
+    let medium = LightContext { normal: Vec3::ZERO, ..surface };
+    for (ctx, shares) in
+        [(surface, [0.5 / 1.8, 0.5 / 1.8, 4.0 / 9.0]), (glass, [0.5, 0.5, 0.0]), (medium, [0.5, 0.5, 0.0])]
+    {
+        let found = [0, 1, 2].map(|i| table.probability(&ctx, i));
+        assert!((0..3).all(|i| (found[i] - shares[i]).abs() < 1e-6), "{found:?} {shares:?}");
     }
     let alone = LightTable::new(vec![environment(RADIANCE)], 0.0).unwrap();
-    assert_eq!(alone.probability(0), 1.0);
+    assert_eq!((alone.probability(&surface, 0), alone.probability(&glass, 0)), (1.0, 0.0));
     let two = LightTable::new(vec![sky, lamp, environment(RADIANCE)], 1.0);
     assert_eq!(two.err(), Some(LightTableError::SeveralEnvironments));
 }
@@ -240,16 +329,7 @@ fn a_table_is_deterministic() {
     let (a, b) = (LightTable::new(crowd(777, 3), 4.0).unwrap(), LightTable::new(crowd(777, 3), 4.0).unwrap());
     let mut rng = Rng::new(7);
     for Case { ctx, .. } in cases::without_surface() {
-        let (select, u) = (rng.f32(), rng.f32x2());
+        let (select, u) = (rng.f64(), rng.f32x2());
         assert_eq!(format!("{:?}", a.sample(&ctx, select, u)), format!("{:?}", b.sample(&ctx, select, u)));
-    }
-}
-
-/// The full number of lights takes most of a gigabyte: only where proofs are asked for.
-#[test]
-fn too_many_lights_are_refused() {
-    if samples(0, 1) == 1 {
-        let lights = vec![Light::Environment(ConstantEnvironment { radiance: RADIANCE }); MAX_LIGHTS + 1];
-        assert_eq!(LightTable::new(lights, 1.0).err(), Some(LightTableError::TooMany { count: MAX_LIGHTS + 1 }));
     }
 }
