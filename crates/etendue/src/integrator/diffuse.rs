@@ -4,6 +4,7 @@
 //! Which vertices these are depends on scene and vertex alone, and a lane's numbers on nothing in other lanes, so results
 //! depend neither on the size of waves nor on the instruction set. The formulas are those of [`shade`](super::shade), and
 //! give the same bits: they share the functions that are more than a product.
+#![expect(clippy::needless_range_loop, reason = "an index is the lane, in several arrays at once")]
 
 use super::{
     paths::{Paths, Previous},

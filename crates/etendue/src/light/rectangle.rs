@@ -94,7 +94,7 @@ impl Emitter for RectangleLight {
             let (offset, at) = pair.sample(u.map(f64::from));
             view.draw(offset, at, 1.0 / pair.solid_angle)
         };
-        drawn.is_valid.then(|| LightSample {
+        drawn.is_valid.then_some(LightSample {
             wi: drawn.wi,
             at: drawn.at,
             target: Some(drawn.target),

@@ -223,6 +223,7 @@ impl Sampler {
     }
 
     /// [`Sampler::one_d`] for the first `n` lanes. A loop without branches.
+    #[expect(clippy::needless_range_loop, reason = "an index is the lane")]
     #[inline(always)]
     pub(crate) fn one_d_lanes<const N: usize>(self, keys: &KeyLanes<N>, n: usize, slot: Slot, out: &mut [f32; N]) {
         dispatch!(self, P => for i in 0..n.min(N) {
@@ -232,6 +233,7 @@ impl Sampler {
     }
 
     /// [`Sampler::two_d`] for the first `n` lanes. A loop without branches.
+    #[expect(clippy::needless_range_loop, reason = "an index is the lane")]
     #[inline(always)]
     pub(crate) fn two_d_lanes<const N: usize>(self, keys: &KeyLanes<N>, n: usize, slot: Slot, out: &mut [[f32; N]; 2]) {
         dispatch!(self, P => for i in 0..n.min(N) {
