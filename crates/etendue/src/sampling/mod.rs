@@ -250,6 +250,7 @@ impl Sampler {
     }
 
     /// [`Sampler::fine`] for the first `n` lanes. A loop without branches.
+    #[expect(clippy::needless_range_loop, reason = "an index is the lane")]
     #[inline(always)]
     pub(crate) fn fine_lanes<const N: usize>(self, keys: &KeyLanes<N>, n: usize, slot: Slot, out: &mut [f64; N]) {
         dispatch!(self, P => for i in 0..n.min(N) {
