@@ -1,4 +1,5 @@
-//! Sampling of emitters: every light by solid angle as seen from the point that gathers, chosen from a [`LightTable`].
+//! Sampling of emitters: every light by solid angle as seen from the point that gathers (flat ones from afar by area), chosen from a
+//! [`LightTable`].
 //!
 //! Geometry is computed in f64 from f32 records, so that densities are accurate to f32 rounding for lights of any size
 //! at any distance. `sample` and `pdf` share every decision as the same function of (context, light): a direction that

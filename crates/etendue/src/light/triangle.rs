@@ -21,7 +21,6 @@ pub struct TriangleLight {
 }
 
 /// How the light looks from a context.
-#[expect(clippy::large_enum_variant, reason = "lives on the stack, for one sample")]
 enum View {
     Patch(Patch),
     /// With the vertices relative to the context.

@@ -149,6 +149,30 @@ fn no_light_that_shines_is_left_out() {
     assert!(shining > 10_000, "{shining}");
 }
 
+/// Among a thousand scattered lamps one choice says nearly all: importance follows what arrives within a small factor, for clusters
+/// of any size.
+#[test]
+fn scattered_lamps_have_little_variance() {
+    let mut rng = Rng::new(21);
+    let lights: Vec<Light> = (0..1000)
+        .map(|_| {
+            let at = Vec3::new(rng.range(-6.0, 6.0) as f32, rng.range(0.3, 3.8) as f32, rng.range(-6.0, 6.0) as f32);
+            let vertices = [(); 3].map(|()| at + (0.02 * direction(&mut rng)).as_vec3());
+            Light::Triangle(TriangleLight { vertices, radiance: RADIANCE, two_sided: false })
+        })
+        .collect();
+    let table = LightTable::new(lights, 8.0).unwrap();
+    for _ in 0..20 {
+        let point = Vec3::new(rng.range(-4.0, 4.0) as f32, 0.0, rng.range(-4.0, 4.0) as f32);
+        let ctx = LightContext { point, normal: Vec3::Y, transmits: false };
+        let estimate: Moments =
+            (0..4000).map(|_| gathered(table.sample(&ctx, rng.f64(), rng.f32x2()), DVec3::Y)).collect();
+        // Choices by power alone would have a relative variance above 20.
+        let relative = estimate.variance() / (estimate.mean() * estimate.mean());
+        assert!(relative < 4.0, "relative variance {relative} at {point}");
+    }
+}
+
 /// Near lights that face the point are chosen more often than others of the same power.
 #[test]
 fn choices_go_where_light_comes_from() {
