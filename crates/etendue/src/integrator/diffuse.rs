@@ -97,6 +97,15 @@ struct Vertices {
     eta: Numbers,
 }
 
+impl Vertices {
+    #[inline(always)]
+    fn light_context(&self, i: usize) -> LightContext {
+        let (normal, wo) = (self.shading_normal.get(i), self.wo.get(i));
+        let side = if wo.dot(normal) < 0.0 { -1.0 } else { 1.0 };
+        LightContext { point: self.position.get(i), normal: normal * side, transmits: false }
+    }
+}
+
 /// Whether a lane has a light sample.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
@@ -209,6 +218,7 @@ struct DiffuseLanes {
     skip: [PrimitiveId; LANES],
     keys: KeyLanes<LANES>,
     vertices: Vertices,
+    /// See [`Sampler::fine`].
     select: [f64; LANES],
     place: [Numbers; 2],
     turn: [Numbers; 2],
@@ -333,12 +343,13 @@ impl DiffuseLanes {
     }
 
     fn choose_lights(&mut self, context: &Context) {
+        let lights = context.scene.lights();
         for i in 0..self.len {
-            let selected = context.scene.lights().select(&self.light_context(i), self.select[i]);
+            let chosen = lights.select(&self.light_context(i), self.select[i]);
             let to = &mut self.lights;
-            to.index[i] = selected.map_or(NO_LIGHT, |selected| selected.index);
-            to.probability[i] = selected.map_or(0.0, |selected| selected.probability);
-            to.lit[i] = if selected.is_some() { Lit::Ask } else { Lit::No } as u32;
+            to.index[i] = chosen.map_or(NO_LIGHT, |chosen| chosen.index);
+            to.probability[i] = chosen.map_or(0.0, |chosen| chosen.probability);
+            to.lit[i] = if chosen.is_some() { Lit::Ask } else { Lit::No } as u32;
         }
     }
 
@@ -381,9 +392,7 @@ impl DiffuseLanes {
 
     #[inline]
     fn light_context(&self, i: usize) -> LightContext {
-        let (normal, wo) = (self.vertices.shading_normal.get(i), self.vertices.wo.get(i));
-        let normal = if wo.dot(normal) < 0.0 { -normal } else { normal };
-        LightContext { point: self.vertices.position.get(i), normal, transmits: false }
+        self.vertices.light_context(i)
     }
 
     fn send_light(&self, shadows: &mut ShadowQueue) {
@@ -490,10 +499,11 @@ impl Kernel for Rectangle<'_> {
         let (frame, chosen, radiance) = (*self.frame, self.index, Vec3::from_array(self.radiance.0));
         let DiffuseLanes { lights, vertices, place, .. } = self.lanes;
         for i in 0..n {
-            let view = frame.view(vertices.position.get(i).as_dvec3());
+            let view = frame.view(&vertices.light_context(i));
             let drawn = frame.sample(&view, [place[0][i], place[1][i]]);
-            let found = if drawn.is_valid { Lit::Continuous as u32 } else { Lit::No as u32 };
-            let found = if view.is_mapped { found } else { Lit::Ask as u32 };
+            let is_valid = drawn.is_valid & (drawn.density * lights.probability[i] > 0.0);
+            let found = if is_valid { Lit::Continuous as u32 } else { Lit::No as u32 };
+            let found = if view.has_map() { found } else { Lit::Ask as u32 };
             let found = if view.is_seen { found } else { Lit::No as u32 };
             let own = lights.index[i] == chosen;
             let keep = |new: f32, old: f32| if own { new } else { old };
@@ -502,7 +512,8 @@ impl Kernel for Rectangle<'_> {
             lights.has_target[i] = if own { 1 } else { lights.has_target[i] };
             lights.wi.set(i, keep3(drawn.wi, lights.wi.get(i)));
             lights.target.set(i, keep3(drawn.target, lights.target.get(i)));
-            lights.density[i] = keep(drawn.density * lights.probability[i], lights.density[i]);
+            let density = drawn.density * lights.probability[i];
+            lights.density[i] = keep(density, lights.density[i]);
             lights.radiance.set(i, keep3(radiance, lights.radiance.get(i)));
         }
     }

@@ -274,6 +274,19 @@ fn margin(coordinate: f64, distance: f64) -> f64 {
     UNIT * (coordinate + distance)
 }
 
+/// The larger of two numbers, the second of them not NaN: `f64::max` without its care for NaN. `b` where `a` is NaN.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// `x`, or the bound that it is beyond; `low` for NaN.
+#[inline(always)]
+fn between(x: f64, low: f64, high: f64) -> f64 {
+    let x = larger(x, low);
+    if x < high { x } else { high }
+}
+
 /// A density as f32, or `None` where it is 0, not finite, or too large for later products.
 #[inline]
 fn finite_density(density: f64) -> Option<f32> {

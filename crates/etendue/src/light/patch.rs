@@ -5,7 +5,7 @@
 //! from which points are drawn at little cost (Hart et al., "Practical Product Sampling by Fitting and Composing Warps", 2020).
 //! So what is left to the weight is less than with points that are uniform in solid angle, and takes no angles at all.
 
-use super::{LightContext, planar::Facing};
+use super::{LightContext, between, larger, planar::Facing};
 use crate::math::{DVec3, Vec3};
 
 /// Least square of the distance from a parallelogram's middle, over that of its diagonal.
@@ -18,6 +18,7 @@ const LEAST_COS: f64 = 0.05;
 const LEAST_VALUE: f64 = 0.05;
 
 /// A parallelogram, or with `weights` absent a triangle, and the density of its points.
+#[derive(Clone, Copy)]
 pub(super) struct Patch {
     /// Relative to the context.
     corner: DVec3,
@@ -34,48 +35,46 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    /// `None` where the parallelogram is too near.
-    #[inline]
-    pub fn parallelogram(ctx: &LightContext, facing: &Facing, corner: DVec3, u: DVec3, v: DVec3) -> Option<Self> {
+    /// A parallelogram `height` below the context, above 0; false where it is too near. Without branches.
+    #[inline(always)]
+    pub fn parallelogram(ctx: &LightContext, height: f64, corner: DVec3, u: DVec3, v: DVec3) -> (Self, bool) {
         let diagonal = u.length_squared() + v.length_squared() + 2.0 * u.dot(v).abs();
         let middle = corner + (u + v) * 0.5;
-        let patch = Self::new(facing, corner, u, v, middle, diagonal * FAR)?;
-        let corners = [corner, corner + u, corner + v, corner + u + v];
+        let (patch, usable) = Self::new(height, corner, u, v, middle, diagonal * FAR);
         let normal = ctx.normal.as_dvec3();
         // On both sides or in a medium nothing is known of the cosine.
-        let any = ctx.transmits || ctx.normal == Vec3::ZERO;
+        let any = ctx.transmits | (normal.length_squared() == 0.0);
         let value = |c: DVec3| {
             let square = c.length_squared();
-            let cos = if any { square.sqrt() } else { c.dot(normal).max(0.0) };
+            let cos = if any { square.sqrt() } else { larger(c.dot(normal), 0.0) };
             cos / (square * square)
         };
-        let values = corners.map(value);
-        let least = LEAST_VALUE * values[0].max(values[1]).max(values[2]).max(values[3]);
-        (least > 0.0).then(|| Self { weights: Some(values.map(|w| w.max(least))), ..patch })
+        let [w00, w10, w01, w11] = [value(corner), value(corner + u), value(corner + v), value(corner + u + v)];
+        let least = LEAST_VALUE * larger(larger(w00, w10), larger(w01, w11));
+        let weights = [larger(w00, least), larger(w10, least), larger(w01, least), larger(w11, least)];
+        (Self { weights: Some(weights), ..patch }, usable & (least > 0.0))
     }
 
-    /// As [`Self::parallelogram`], of the triangle between a corner and the ends of `u` and `v`.
+    /// As [`Self::parallelogram`], of the triangle between a corner and the ends of `u` and `v`; `None` where it is too near.
     #[inline]
     pub fn triangle(facing: &Facing, corner: DVec3, u: DVec3, v: DVec3) -> Option<Self> {
         let longest = u.length_squared().max(v.length_squared()).max((v - u).length_squared());
-        Self::new(facing, corner, u, v, corner, longest * VERY_FAR)
+        let (patch, usable) = Self::new(facing.height(), corner, u, v, corner, longest * VERY_FAR);
+        usable.then_some(patch)
     }
 
-    #[inline]
-    fn new(facing: &Facing, corner: DVec3, u: DVec3, v: DVec3, at: DVec3, least: f64) -> Option<Self> {
+    #[inline(always)]
+    fn new(height: f64, corner: DVec3, u: DVec3, v: DVec3, at: DVec3, least: f64) -> (Self, bool) {
         let square = at.length_squared();
-        let height = facing.height();
-        if !(square > least && height * height > square * (LEAST_COS * LEAST_COS) && square.is_finite()) {
-            return None;
-        }
+        let is_far = (square > least) & (height * height > square * (LEAST_COS * LEAST_COS)) & (square < f64::INFINITY);
         let cross = u.cross(v);
         let span = cross.length();
-        let usable = span > 0.0 && span.is_finite();
-        usable.then(|| Self { corner, u, v, front: cross / span, span, height, weights: None })
+        let usable = is_far & (span > 0.0) & (span < f64::INFINITY);
+        (Self { corner, u, v, front: cross / span, span, height, weights: None }, usable)
     }
 
     /// The point for `u` in [0, 1)^2, relative to the context, its multiples of the edges, and its density per solid angle.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, [f64; 2], f64) {
         let at = match self.weights {
             None => {
@@ -100,11 +99,11 @@ impl Patch {
         let on = wi * distance - self.corner;
         let scale = 1.0 / self.span;
         let at = [on.cross(self.v).dot(self.front) * scale, self.u.cross(on).dot(self.front) * scale];
-        let density = self.density(at.map(|a| a.clamp(0.0, 1.0)), distance * distance);
+        let density = self.density([between(at[0], 0.0, 1.0), between(at[1], 0.0, 1.0)], distance * distance);
         if density.is_finite() { density } else { 0.0 }
     }
 
-    #[inline]
+    #[inline(always)]
     fn density(&self, [a, b]: [f64; 2], square: f64) -> f64 {
         let even = square * square.sqrt() / (self.height * self.span);
         match self.weights {
@@ -118,8 +117,8 @@ impl Patch {
 }
 
 /// A number in [0, 1] with a density that goes from `from` to `to`, not both 0.
-#[inline]
+#[inline(always)]
 fn linear(from: f64, to: f64, u: f64) -> f64 {
-    let root = (from * from + (to * to - from * from) * u).max(0.0).sqrt();
-    (u * (from + to) / (from + root)).clamp(0.0, 1.0)
+    let root = larger(from * from + (to * to - from * from) * u, 0.0).sqrt();
+    between(u * (from + to) / (from + root), 0.0, 1.0)
 }

@@ -1,18 +1,18 @@
 //! Emissive rectangles and parallelograms.
 
 use super::{
-    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density, is_usable,
-    margin, max_abs, patch::Patch, planar::Facing, spherical::SphericalTriangle,
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, between, circle::edge_planes, finite_density,
+    is_usable, larger, margin, max_abs, patch::Patch, planar::Facing, spherical::SphericalTriangle,
 };
 use crate::{
     bsdf::Density,
-    math::{DVec3, Vec3, atan2_wide, sin_cos_wide},
+    math::{DVec3, Vec3, atan2_wide, dvec3, sin_cos_wide},
     spectrum::Spectrum,
 };
 
-/// An emissive parallelogram `corner + a u + b v`, a, b in [0, 1]. A rectangle is sampled uniformly in solid angle by the
-/// continuous map of Ureña, Fajardo and King; where it is too small for that, and any other parallelogram, by what its points
-/// bring where it is not near (`Patch`), else uniformly in solid angle as two spherical triangles.
+/// An emissive parallelogram `corner + a u + b v`, a, b in [0, 1], sampled by what its points bring where it is not near
+/// (`Patch`), else uniformly in solid angle: a rectangle by the continuous map of Ureña, Fajardo and King, anything else as two
+/// spherical triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RectangleLight {
     /// Metres.
@@ -34,13 +34,6 @@ const RIGHT_ANGLE: f64 = 1e-6;
 /// the two triangles, which do not cancel, take over.
 const SMALLEST_RECTANGLE: f64 = 1e-8;
 
-/// How the light looks from a context, where the map of rectangles does not serve.
-#[expect(clippy::large_enum_variant, reason = "lives on the stack, for one sample")]
-enum Unmapped {
-    Patch(Patch),
-    Triangles(TrianglePair),
-}
-
 /// The triangles (corner, u, u + v) and (corner, u + v, v), and their corners relative to the context.
 struct TrianglePair {
     corners: [DVec3; 4],
@@ -49,42 +42,18 @@ struct TrianglePair {
 }
 
 impl RectangleLight {
-    fn unmapped(&self, ctx: &LightContext) -> Option<(Facing, Unmapped)> {
+    /// What stands in for the map of rectangles where the light is none, or too small for it: relative to a context that
+    /// sees the light.
+    fn pair(&self, ctx: &LightContext) -> TrianglePair {
         let (corner, u, v) = (self.corner.as_dvec3(), self.u.as_dvec3(), self.v.as_dvec3());
-        let cross = u.cross(v);
-        let facing = Facing::new(ctx, &[corner, corner + u, corner + u + v, corner + v], cross, self.two_sided)?;
-        let relative = corner - ctx.point.as_dvec3();
-        if let Some(patch) = Patch::parallelogram(ctx, &facing, relative, u, v) {
-            return Some((facing, Unmapped::Patch(patch)));
-        }
+        let (relative, cross) = (corner - ctx.point.as_dvec3(), u.cross(v));
         let corners = [relative, relative + u, relative + u + v, relative + v];
         let triangles = [
             SphericalTriangle::new([corners[0], corners[1], corners[2]], cross),
             SphericalTriangle::new([corners[0], corners[2], corners[3]], cross),
         ];
         let solid_angle = triangles[0].solid_angle + triangles[1].solid_angle;
-        Some((facing, Unmapped::Triangles(TrianglePair { corners, triangles, solid_angle })))
-    }
-
-    fn sample_unmapped(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
-        let (facing, view) = self.unmapped(ctx)?;
-        let u = u.map(f64::from);
-        let (offset, at, density) = match view {
-            Unmapped::Patch(patch) => patch.sample(u),
-            Unmapped::Triangles(pair) => {
-                let (offset, at) = pair.sample(u);
-                (offset, at, 1.0 / pair.solid_angle)
-            }
-        };
-        facing.sample(offset, at, density, self.radiance)
-    }
-
-    fn density_unmapped(&self, ctx: &LightContext, wi: Vec3) -> f64 {
-        match self.unmapped(ctx) {
-            None => 0.0,
-            Some((_, Unmapped::Patch(patch))) => patch.pdf(wi),
-            Some((_, Unmapped::Triangles(pair))) => 1.0 / pair.solid_angle,
-        }
+        TrianglePair { corners, triangles, solid_angle }
     }
 }
 
@@ -114,14 +83,17 @@ impl Emitter for RectangleLight {
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
         let frame = RectangleFrame::new(self);
-        let view = frame.view(ctx.point.as_dvec3());
+        let view = frame.view(ctx);
         if !view.is_seen {
             return None;
         }
-        if !view.is_mapped {
-            return self.sample_unmapped(ctx, u);
-        }
-        let drawn = frame.sample(&view, u);
+        let drawn = if view.has_map() {
+            frame.sample(&view, u)
+        } else {
+            let pair = self.pair(ctx);
+            let (offset, at) = pair.sample(u.map(f64::from));
+            view.draw(offset, at, 1.0 / pair.solid_angle)
+        };
         drawn.is_valid.then_some(LightSample {
             wi: drawn.wi,
             at: drawn.at,
@@ -133,11 +105,13 @@ impl Emitter for RectangleLight {
 
     #[inline]
     fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
-        let view = RectangleFrame::new(self).view(ctx.point.as_dvec3());
-        if !view.is_seen {
-            return 0.0;
-        }
-        let density = if view.is_mapped { 1.0 / view.solid_angle } else { self.density_unmapped(ctx, wi) };
+        let view = RectangleFrame::new(self).view(ctx);
+        let density = match view {
+            _ if !view.is_seen => return 0.0,
+            _ if view.is_patch => view.patch.pdf(wi),
+            _ if view.is_mapped => 1.0 / view.solid_angle,
+            _ => 1.0 / self.pair(ctx).solid_angle,
+        };
         finite_density(density).unwrap_or(0.0)
     }
 
@@ -188,6 +162,8 @@ impl TrianglePair {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RectangleFrame {
     corner: DVec3,
+    u: DVec3,
+    v: DVec3,
     x_axis: DVec3,
     y_axis: DVec3,
     /// The front's normal.
@@ -207,6 +183,9 @@ pub(crate) struct RectangleFrame {
 #[derive(Clone, Copy)]
 pub(crate) struct RectangleView {
     point: DVec3,
+    patch: Patch,
+    /// True if the light is far enough to be sampled as a patch.
+    is_patch: bool,
     /// The edges' coordinates in the rectangle's frame, relative to the point.
     x: [f64; 2],
     y: [f64; 2],
@@ -219,8 +198,8 @@ pub(crate) struct RectangleView {
     solid_angle: f64,
     /// True if the point is on an emitting side, farther from the plane than the margin.
     pub is_seen: bool,
-    /// True if the map is accurate; if not, something else is to be taken for it.
-    pub is_mapped: bool,
+    /// True if the map is accurate.
+    is_mapped: bool,
 }
 
 /// A point drawn on a rectangle; see [`LightSample`].
@@ -253,6 +232,8 @@ impl RectangleFrame {
         let cosine = u.dot(v).abs() / (width * v.length());
         Self {
             corner,
+            u,
+            v,
             x_axis,
             y_axis,
             z_axis: x_axis.cross(y_axis),
@@ -266,9 +247,10 @@ impl RectangleFrame {
         }
     }
 
-    /// The rectangle from `point`.
+    /// The rectangle from a point.
     #[inline(always)]
-    pub fn view(&self, point: DVec3) -> RectangleView {
+    pub fn view(&self, ctx: &LightContext) -> RectangleView {
+        let point = ctx.point.as_dvec3();
         let relative = self.corner - point;
         let (x0, y0, z) = (relative.dot(self.x_axis), relative.dot(self.y_axis), relative.dot(self.z_axis));
         let (x1, y1) = (x0 + self.width, y0 + self.height);
@@ -281,8 +263,11 @@ impl RectangleFrame {
         let [re, im] = divide(phi1, phi0);
         let angle = atan2_wide(im, re);
         let solid_angle = if angle < 0.0 { angle + 2.0 * std::f64::consts::PI } else { angle };
+        let (patch, is_patch) = Patch::parallelogram(ctx, z.abs(), relative, self.u, self.v);
         RectangleView {
             point,
+            patch,
+            is_patch,
             x: [x0, x1],
             y: [y0, y1],
             z,
@@ -294,11 +279,22 @@ impl RectangleFrame {
         }
     }
 
-    /// The point that is uniform in solid angle for uniform `u` in [0, 1)^2.
+    /// The point for `u` in [0, 1)^2, as a patch or by the map.
     #[inline(always)]
     pub fn sample(&self, view: &RectangleView, u: [f32; 2]) -> DrawnPoint {
+        let u = [f64::from(u[0]), f64::from(u[1])];
+        let (far, far_at, far_density) = view.patch.sample(u);
+        let (near, near_at) = self.sample_map(view, u);
+        let pick = |far: f64, near: f64| if view.is_patch { far } else { near };
+        let offset = dvec3(pick(far.x, near.x), pick(far.y, near.y), pick(far.z, near.z));
+        let at = [pick(far_at[0], near_at[0]), pick(far_at[1], near_at[1])];
+        view.draw(offset, at, pick(far_density, 1.0 / view.solid_angle))
+    }
+
+    /// The point that is uniform in solid angle for uniform `u` in [0, 1)^2, and its multiples of the edges.
+    #[inline(always)]
+    fn sample_map(&self, view: &RectangleView, [u, v]: [f64; 2]) -> (DVec3, [f64; 2]) {
         let ([x0, x1], [y0, y1], z) = (view.x, view.y, view.z);
-        let (u, v) = (f64::from(u[0]), f64::from(u[1]));
         let (step_sin, step_cos) = sin_cos_wide(u * view.solid_angle);
         let scale = 1.0 / (view.phi0[0] * view.phi0[0] + view.phi0[1] * view.phi0[1]).sqrt();
         let (cos0, sin0) = (view.phi0[0] * scale, view.phi0[1] * scale);
@@ -319,15 +315,21 @@ impl RectangleFrame {
         let y = h * (squared / larger((1.0 - h) * (1.0 + h), f64::MIN_POSITIVE)).sqrt();
         let y = between(y, y0, y1);
         let offset = x * self.x_axis + y * self.y_axis + z * self.z_axis;
-        view.draw(offset, [(x - x0) / self.width, (y - y0) / self.height], view.solid_angle)
+        (offset, [(x - x0) / self.width, (y - y0) / self.height])
     }
 }
 
 impl RectangleView {
+    /// False if two triangles are to be taken for the light.
+    #[inline(always)]
+    pub fn has_map(&self) -> bool {
+        self.is_patch | self.is_mapped
+    }
+
     /// The point at `offset` from the context, `at` these multiples of the edges.
     #[inline(always)]
-    fn draw(&self, offset: DVec3, at: [f64; 2], solid_angle: f64) -> DrawnPoint {
-        let (length, density) = (offset.length(), 1.0 / solid_angle);
+    fn draw(&self, offset: DVec3, at: [f64; 2], density: f64) -> DrawnPoint {
+        let length = offset.length();
         DrawnPoint {
             wi: (offset / length).as_vec3(),
             target: (self.point + offset + self.lift).as_vec3(),
@@ -336,19 +338,6 @@ impl RectangleView {
             is_valid: is_usable(density) & (length > 0.0) & (length < f64::INFINITY),
         }
     }
-}
-
-/// The larger of two numbers, neither of them NaN: `f64::max` without its care for NaN.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// `x`, or the bound that it is beyond; `low` for NaN.
-#[inline(always)]
-fn between(x: f64, low: f64, high: f64) -> f64 {
-    let x = larger(x, low);
-    if x < high { x } else { high }
 }
 
 /// A complex number whose angle is the difference of two numbers' angles.

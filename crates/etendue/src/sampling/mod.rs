@@ -168,12 +168,6 @@ fn dimension(stream: u64, slot_hash: u64) -> u64 {
     mix(stream ^ slot_hash)
 }
 
-/// A number with hashed bits below it.
-#[inline(always)]
-fn refined(number: f32, key: SampleKey, dimension: u64) -> f64 {
-    f64::from(number) + f64::from(Stream::new(key, dimension).next_f32()) / f64::from(1 << 24)
-}
-
 impl Sampler {
     /// All samplers.
     pub const ALL: [Self; 4] = [Self::Sobol, Self::Independent, Self::Stratified, Self::LatinHypercube];
@@ -251,8 +245,8 @@ impl Sampler {
     /// A number in [0, 1) with 48 bits, for choices among very many things: [`Sampler::one_d`], and hashed bits below it.
     #[inline]
     pub fn fine(self, key: SampleKey, vertex: u32, slot: Slot) -> f64 {
-        let dimension = dimension(key.stream, slot_hash(vertex, slot));
-        dispatch!(self, P => refined(P::one_d(key, dimension), key, dimension))
+        let below = f64::from(self.stream(key, vertex, slot).next_f32()) / f64::from(1 << 24);
+        f64::from(self.one_d(key, vertex, slot)) + below
     }
 
     /// [`Sampler::fine`] for the first `n` lanes. A loop without branches.
@@ -261,7 +255,8 @@ impl Sampler {
     pub(crate) fn fine_lanes<const N: usize>(self, keys: &KeyLanes<N>, n: usize, slot: Slot, out: &mut [f64; N]) {
         dispatch!(self, P => for i in 0..n.min(N) {
             let (key, dimension) = keys.dimension(i, slot);
-            out[i] = refined(P::one_d(key, dimension), key, dimension);
+            let below = f64::from(Stream::new(dimension, key.index).next_f32()) / f64::from(1 << 24);
+            out[i] = f64::from(P::one_d(key, dimension)) + below;
         });
     }
 
@@ -269,7 +264,7 @@ impl Sampler {
     /// hashed whatever the sampler.
     #[inline]
     pub fn stream(self, key: SampleKey, vertex: u32, slot: Slot) -> Stream {
-        Stream::new(key, dimension(key.stream, slot_hash(vertex, slot)))
+        Stream::new(dimension(key.stream, slot_hash(vertex, slot)), key.index)
     }
 }
 
@@ -299,9 +294,9 @@ pub struct Stream {
 
 impl Stream {
     #[inline(always)]
-    fn new(key: SampleKey, dimension: u64) -> Self {
+    fn new(dimension: u64, index: u32) -> Self {
         // Apart from the numbers of the independent sampler at this slot, which start from the same hash.
-        Self { state: mix(!dimension ^ mix(u64::from(key.index) ^ GOLDEN)) }
+        Self { state: mix(!dimension ^ mix(u64::from(index) ^ GOLDEN)) }
     }
 
     /// The next number in [0, 1).
