@@ -91,7 +91,7 @@ fn solvers_agree_under_an_image() {
     };
     let path = replicates(0, 48);
     let demands = Demands { level: etendue_testkit::sidak(0.01, 2), ..Demands::default() };
-    for (other, spp) in [(1, 48), (2, 192)] {
+    for (other, spp) in [(1, 144), (2, 192)] {
         compare(&path, &replicates(other, spp)).assert(demands, &format!("path against {}", SOLVERS[other]));
     }
 }

@@ -36,7 +36,7 @@ fn a_lamp_that_is_partly_there_lights_a_room_as_derived() {
     for two_sided in [false, true] {
         let (scene, view, exact) = lamp_in_a_room(two_sided);
         for integrator in SOLVERS {
-            let moments = means(&scene, &view, [8, 8], &statistics(integrator, 1024), 16);
+            let moments = means(&scene, &view, [8, 8], &statistics(integrator, 1024), 32);
             assert_mean(&format!("{integrator}, two-sided {two_sided}"), &moments, exact, 0.004);
         }
     }
