@@ -145,8 +145,7 @@ pub fn page() -> Result<(), String> {
 fn tables(results: &[Value]) -> String {
     let mut out = String::new();
     if results.iter().any(|r| r["quick"] == true) {
-        out += "\n**Some of these are from a quick run on a busy machine (3 seeds, extrapolated): they show that the harness works, not how\
-                \nfast anything is.**\n";
+        out += "\n**Some of these are from a quick run: 3 seeds of 64 samples, extrapolated to the target, and few scenes. Whole runs replace them.**\n";
     }
     if let Some((count, mean)) = overall(results) {
         let _ = writeln!(out, "\nGeometric mean of the ratios over {count} scenes: {}.", with_interval(&mean));
