@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod bench;
+mod disk;
 mod gallery;
 mod hygiene;
 mod prove;

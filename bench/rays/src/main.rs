@@ -1,5 +1,8 @@
 //! Etendue's accelerator beside Embree's on the same rays: `cargo xtask bench rays`, `bench build`.
 
+#![deny(unsafe_code)]
+
+#[expect(unsafe_code, reason = "calls a library of C to measure it; users never run this")]
 mod embree;
 mod mesh;
 mod rays;

@@ -5,7 +5,7 @@ use super::{
     inputs::{self, INPUTS},
     ply::Mesh,
 };
-use crate::root;
+use crate::{disk, root};
 use flate2::read::GzDecoder;
 use std::{
     fs,
@@ -104,14 +104,12 @@ pub fn run(program: &str, arguments: &[&str], place: &Path) -> Result<(), String
     }
 }
 
-/// Writes beside the file and renames, unless the same is there.
+/// Writes the file, unless the same is there.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     if fs::read(path).is_ok_and(|old| old == bytes) {
         return Ok(());
     }
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, path)).map_err(|e| format!("{}: {e}", path.display()))
+    disk::write(path, bytes)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Another dragon in place of the project's own, placed by the same rules.
 
-use super::{inputs, program::Program, read, write};
+use super::{inputs, program::Program};
+use crate::disk::{read, write};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

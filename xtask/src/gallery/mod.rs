@@ -6,7 +6,10 @@ mod page;
 pub mod program;
 mod thumbnail;
 
-use crate::root;
+use crate::{
+    disk::{read, write},
+    root,
+};
 use page::Record;
 use program::Program;
 use std::{
@@ -188,17 +191,6 @@ fn remake(folder: &Path) -> Result<(), String> {
 
 fn make_folder(folder: &Path) -> Result<(), String> {
     fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, String> {
-    fs::read(path).map_err(|e| format!("{}: {e}", path.display()))
-}
-
-/// Writes beside the file and renames, so that a reader sees the old or the new.
-fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, path)).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! How each picture was made: gallery/records.json, and the table of docs/gallery.md that is written from it.
 
-use super::{read, write};
+use crate::disk::{read, write};
 use crate::root;
 use serde_json::{Map, Value, json};
 use std::{io::Cursor, path::Path, process::Command};
