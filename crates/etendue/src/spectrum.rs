@@ -41,7 +41,7 @@ impl Spectrum {
     }
 
     /// Mean of the channels.
-    #[inline]
+    #[inline(always)]
     pub fn mean(self) -> f32 {
         let [r, g, b] = self.0;
         (r + g + b) * (1.0 / 3.0)
@@ -72,7 +72,7 @@ macro_rules! channelwise {
     ($($trait:ident $method:ident $op:tt),*) => {$(
         impl $trait for Spectrum {
             type Output = Self;
-            #[inline]
+            #[inline(always)]
             fn $method(self, other: Self) -> Self {
                 let ([a, b, c], [x, y, z]) = (self.0, other.0);
                 Self([a $op x, b $op y, c $op z])
@@ -93,7 +93,7 @@ impl Mul<f32> for Spectrum {
 
 impl Mul<Spectrum> for f32 {
     type Output = Spectrum;
-    #[inline]
+    #[inline(always)]
     fn mul(self, spectrum: Spectrum) -> Spectrum {
         spectrum * self
     }
@@ -101,14 +101,14 @@ impl Mul<Spectrum> for f32 {
 
 impl Div<f32> for Spectrum {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, divisor: f32) -> Self {
         self.map(|c| c / divisor)
     }
 }
 
 impl AddAssign for Spectrum {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }

@@ -16,6 +16,7 @@ pub mod directional_albedo;
 pub mod fresnel;
 pub mod ggx;
 mod glass;
+pub mod lanes;
 pub mod metals;
 mod mirror;
 mod mtl;
@@ -28,11 +29,11 @@ mod sheen;
 use crate::{math::Vec3, spectrum::Spectrum};
 
 pub use brushed_metal::{BrushedMetal, Circle, GrooveForm};
-pub use diffuse::Diffuse;
+pub use diffuse::{Diffuse, Lambert};
 pub use glass::Glass;
 pub use mirror::Mirror;
 pub use mtl::Mtl;
-pub use phong::{MIRROR_EXPONENT, Phong, PhongLobes};
+pub use phong::{MIRROR_EXPONENT, Phong, PhongInLanes, PhongLobes};
 pub use principled::{Principled, PrincipledParameters};
 pub use rough_glass::RoughGlass;
 pub use rough_metal::RoughMetal;
@@ -140,7 +141,7 @@ trait Scatter {
 pub enum Bsdf {
     /// Lambertian reflection and transmission.
     Diffuse(Diffuse),
-    /// Perfect specular reflection.
+    /// Perfect specular reflection, of a mirror or of a polished metal.
     Mirror(Mirror),
     /// Smooth dielectric interface or sheet.
     Glass(Glass),
@@ -257,20 +258,21 @@ impl Scatter for Black {
 }
 
 /// `wo` reflected by the surface itself.
-#[inline]
+#[inline(always)]
 fn mirrored(wo: Vec3) -> Vec3 {
     Vec3::new(-wo.x, -wo.y, wo.z)
 }
 
 /// `v` with its z multiplied by `side` (1 or -1): formulas for z > 0 serve the other side of a surface as well.
-#[inline]
+#[inline(always)]
 fn on_side(v: Vec3, side: f32) -> Vec3 {
     Vec3::new(v.x, v.y, v.z * side)
 }
 
 /// Probability of the first of two lobes with weights `a` and `b`; 0 if both are 0.
-#[inline]
+#[inline(always)]
 fn share(a: f32, b: f32) -> f32 {
     let sum = a + b;
-    if sum > 0.0 { a / sum } else { 0.0 }
+    let share = a / sum;
+    if sum > 0.0 { share } else { 0.0 }
 }

@@ -67,7 +67,7 @@ impl Mtl {
         let mut pdf = self.probability(self.diffuse) * cosine;
         if let Some(ggx) = self.ggx
             && !self.specular.is_black()
-            && let Some(m) = ggx::half_vector(wo, wi)
+            && let (m, true) = ggx::half_vector(wo, wi)
         {
             let (glossy, glossy_pdf) = ggx.bounded_reflection(wo, wi, m);
             value += self.specular * glossy;

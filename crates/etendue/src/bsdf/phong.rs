@@ -23,6 +23,9 @@
 use super::{
     BsdfEval, BsdfSample, Scatter, fresnel,
     glass::{refracted_by_surface, relative_index},
+    lanes::{
+        InLanes, LaneBsdf, LaneNumbers, LaneSample, Numbers, either, either_spectrum, either_vector, lane_numbers,
+    },
     mirrored, on_side,
 };
 use crate::{
@@ -48,6 +51,21 @@ pub struct Phong {
     inverse_total: f32,
 }
 
+lane_numbers!(Phong {
+    diffuse: Spectrum,
+    specular: Spectrum,
+    diffuse_transmission: Spectrum,
+    transmission: Spectrum,
+    exponent: f32,
+    transmission_exponent: f32,
+    ior: f32,
+    inverse_total: f32,
+});
+
+/// [`Phong`] whose continuous lobes are known to reflect only, or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhongInLanes<const TRANSMITS: bool>(Phong);
+
 /// The shares and widths of [`Phong`]; `C` and `N` are what colours and numbers are, see
 /// [`Scattering`](crate::material::Scattering).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,22 +87,26 @@ pub struct PhongLobes<C = Spectrum, N = f32> {
 }
 
 /// f cos_i and density of a lobe of albedo 1 at `cos_a` from its axis.
-#[inline]
+#[inline(always)]
 fn lobe(cos_a: f32, cos_i: f32, exponent: f32) -> (f32, f32) {
     let pdf = warp::cosine_power_hemisphere_pdf(cos_a, exponent);
     (pdf * ((exponent + 2.0) / (exponent + 1.0)) * cos_i, pdf)
 }
 
 /// A direction of the lobe about `axis`.
-#[inline]
+#[inline(always)]
 fn sample_lobe(axis: Vec3, exponent: f32, u: [f32; 2]) -> Vec3 {
     Frame::from_normal(axis).to_world(warp::cosine_power_hemisphere(u, exponent)).normalize()
 }
 
-/// True if a direction with this cosine sees total internal reflection.
-#[inline]
-fn is_total(cos: f32, eta: f32) -> bool {
-    fresnel::dielectric(cos, eta).cos_t <= 0.0
+/// A lobe among others, chosen by one number; if none of these, it is the diffuse one.
+#[derive(Clone, Copy)]
+struct Choice {
+    glossy: bool,
+    diffuse_transmission: bool,
+    transmission: bool,
+    /// What is left of the number above the probabilities of all; not negative if none of them was chosen.
+    rest: f32,
 }
 
 impl Phong {
@@ -109,119 +131,198 @@ impl Phong {
     }
 
     /// Probability of a lobe.
-    #[inline]
+    #[inline(always)]
     fn probability(&self, albedo: Spectrum) -> f32 {
         albedo.mean() * self.inverse_total
     }
 
     /// `Ks` if its lobe is no mirror.
-    #[inline]
+    #[inline(always)]
     fn glossy(&self) -> Spectrum {
-        if self.exponent < MIRROR_EXPONENT { self.specular } else { Spectrum::BLACK }
+        either_spectrum(self.exponent < MIRROR_EXPONENT, self.specular, Spectrum::BLACK)
     }
 
     /// `Ts` if its lobe is no Dirac.
-    #[inline]
+    #[inline(always)]
     fn glossy_transmission(&self) -> Spectrum {
-        if self.transmission_exponent < MIRROR_EXPONENT { self.transmission } else { Spectrum::BLACK }
+        either_spectrum(self.transmission_exponent < MIRROR_EXPONENT, self.transmission, Spectrum::BLACK)
     }
 
-    /// Both directions with z > 0; `eta` the index beyond the surface over that on this side.
-    #[inline]
-    fn eval_reflection(&self, wo: Vec3, wi: Vec3, eta: f32) -> BsdfEval {
+    /// `Kd` and `Ks`; both directions with z > 0.
+    #[inline(always)]
+    fn eval_reflection(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
         let cosine = wi.z * (1.0 / PI);
-        let mut value = self.diffuse * cosine;
-        let mut pdf = self.probability(self.diffuse) * cosine;
-        let cos_a = mirrored(wo).dot(wi);
         let glossy = self.glossy();
-        if !glossy.is_black() {
-            let (f, density) = lobe(cos_a, wi.z, self.exponent);
-            value += glossy * f;
-            pdf += self.probability(glossy) * density;
-        }
-        let transmission = self.glossy_transmission();
-        if !transmission.is_black() && is_total(wo.z, eta) && is_total(wi.z, eta) {
-            let (f, density) = lobe(cos_a, wi.z, self.transmission_exponent);
-            value += transmission * f;
-            pdf += self.probability(transmission) * density;
-        }
-        BsdfEval { value, pdf }
+        let (f, density) = lobe(mirrored(wo).dot(wi), wi.z, self.exponent);
+        let value = self.diffuse * cosine + glossy * f;
+        BsdfEval { value, pdf: self.probability(self.diffuse) * cosine + self.probability(glossy) * density }
     }
 
-    /// `wo` with z > 0, `wi` with z < 0.
-    #[inline]
+    /// `Td`; `wo` with z > 0, `wi` with z < 0; `eta` the index beyond the surface over that on this side.
+    #[inline(always)]
+    fn eval_diffuse_transmission(&self, wi: Vec3, eta: f32) -> BsdfEval {
+        let cosine = -wi.z * (1.0 / PI);
+        let value = self.diffuse_transmission * (cosine * (1.0 / (eta * eta)).min(1.0));
+        BsdfEval { value, pdf: self.probability(self.diffuse_transmission) * cosine }
+    }
+
+    /// `Ts`, total internal reflection included; `wo` with z > 0.
+    #[inline(always)]
     fn eval_transmission(&self, wo: Vec3, wi: Vec3, eta: f32) -> BsdfEval {
-        let (cos_i, inverse_eta2) = (-wi.z, 1.0 / (eta * eta));
-        let cosine = cos_i * (1.0 / PI);
-        let mut value = self.diffuse_transmission * (cosine * inverse_eta2.min(1.0));
-        let mut pdf = self.probability(self.diffuse_transmission) * cosine;
-        let transmission = self.glossy_transmission();
-        if transmission.is_black() {
-            return BsdfEval { value, pdf };
-        }
-        let (exponent, chosen) = (self.transmission_exponent, self.probability(transmission));
-        if eta >= 1.0 {
-            let cos_t = fresnel::dielectric(cos_i, 1.0 / eta).cos_t;
-            if cos_t > 0.0 {
-                let (f, density) = lobe(refracted_by_surface(wi, cos_t, 1.0 / eta).dot(wo), cos_i, exponent);
-                value += transmission * f;
-                pdf += chosen * density * (eta * eta) * (cos_i / cos_t);
-            }
-        } else {
-            let cos_t = fresnel::dielectric(wo.z, eta).cos_t;
-            if cos_t > 0.0 {
-                let (f, density) = lobe(refracted_by_surface(wo, cos_t, eta).dot(wi), cos_i, exponent);
-                value += transmission * (f * inverse_eta2);
-                pdf += chosen * density;
-            }
-        }
-        BsdfEval { value, pdf }
+        let (cos_i, reflects, to_denser) = (wi.z.abs(), wi.z > 0.0, eta >= 1.0);
+        let inverse = 1.0 / eta;
+        let beyond_o = fresnel::dielectric(wo.z, eta).cos_t;
+        let beyond_i = fresnel::dielectric(cos_i, either(reflects, eta, inverse)).cos_t;
+        // From the denser of the two media into the thinner, where the lobe is.
+        let (dense, thin) = (either_vector(to_denser, wi, wo), either_vector(to_denser, wo, wi));
+        let cos_t = either(to_denser, beyond_i, beyond_o);
+        let refracted = refracted_by_surface(dense, cos_t, either(to_denser, inverse, eta));
+        let cos_a = either(reflects, mirrored(wo).dot(wi), refracted.dot(thin));
+        let is_total = (beyond_o <= 0.0) & (beyond_i <= 0.0);
+        let exists = (reflects & is_total) | (!reflects & (cos_t > 0.0));
+
+        let (f, density) = lobe(cos_a, cos_i, self.transmission_exponent);
+        let squeezed = either(reflects | to_denser, 1.0, inverse * inverse);
+        let spread = either(!reflects & to_denser, eta * eta * (cos_i / cos_t), 1.0);
+        let glossy = self.glossy_transmission();
+        let (value, pdf) = (glossy * (f * squeezed), self.probability(glossy) * density * spread);
+        BsdfEval { value, pdf }.only_if(exists)
     }
 
-    /// Both continuous sides; `wo` with z > 0.
-    #[inline]
-    fn eval_from_above(&self, wo: Vec3, wi: Vec3, eta: f32) -> BsdfEval {
-        if wi.z > 0.0 {
-            self.eval_reflection(wo, wi, eta)
-        } else if wi.z < 0.0 {
-            self.eval_transmission(wo, wi, eta)
-        } else {
-            BsdfEval::ZERO
+    /// The lobe for `u`.
+    #[inline(always)]
+    fn choose(&self, u: f32) -> Choice {
+        let after_diffuse = u - self.probability(self.diffuse);
+        let after_glossy = after_diffuse - self.probability(self.glossy());
+        let after_diffuse_transmission = after_glossy - self.probability(self.diffuse_transmission);
+        let rest = after_diffuse_transmission - self.probability(self.glossy_transmission());
+        Choice {
+            glossy: (after_diffuse >= 0.0) & (after_glossy < 0.0),
+            diffuse_transmission: (after_glossy >= 0.0) & (after_diffuse_transmission < 0.0),
+            transmission: (after_diffuse_transmission >= 0.0) & (rest < 0.0),
+            rest,
         }
     }
 
-    /// A direction of the glossy transmission lobe, which may be total internal reflection; `wo` with z > 0. `None` where
-    /// it is lost.
-    #[inline]
-    fn sample_transmission(&self, wo: Vec3, eta: f32, u: [f32; 2]) -> Option<Vec3> {
-        let exponent = self.transmission_exponent;
-        if eta >= 1.0 {
-            let thin = sample_lobe(wo, exponent, u);
-            (thin.z > 0.0).then(|| refracted_by_surface(thin, fresnel::dielectric(thin.z, eta).cos_t, eta))
-        } else {
-            let cos_t = fresnel::dielectric(wo.z, eta).cos_t;
-            if cos_t > 0.0 {
-                Some(sample_lobe(refracted_by_surface(wo, cos_t, eta), exponent, u)).filter(|wi| wi.z < 0.0)
-            } else {
-                Some(sample_lobe(mirrored(wo), exponent, u)).filter(|wi| wi.z > 0.0 && is_total(wi.z, eta))
-            }
-        }
-    }
-
-    /// The lobes without extent, `rest` being what is left of `u_lobe` above the probabilities of the others.
-    #[inline]
-    fn sample_discrete(&self, wo: Vec3, eta: f32, rest: f32) -> Option<BsdfSample> {
+    /// The lobes without extent, `rest` being what is left of the number that chose above the probabilities of the others.
+    #[inline(always)]
+    fn sample_discrete(&self, wo: Vec3, eta: f32, rest: f32) -> LaneSample {
         let cos_t = fresnel::dielectric(wo.z.abs(), eta).cos_t;
         let clear = self.transmission - self.glossy_transmission();
-        let (reflection, refraction) = {
-            let mirror = self.specular - self.glossy();
-            if cos_t > 0.0 { (mirror, clear) } else { (mirror + clear, Spectrum::BLACK) }
-        };
-        let transmitted = rest >= self.probability(reflection);
-        if transmitted {
-            BsdfSample::refracted(refracted_by_surface(wo, cos_t, eta), refraction, self.probability(refraction), eta)
+        let mirror = self.specular - self.glossy();
+        let is_total = cos_t <= 0.0;
+        let reflection = either_spectrum(is_total, mirror + clear, mirror);
+        let refraction = either_spectrum(is_total, Spectrum::BLACK, clear);
+        let (reflect, refract) = (self.probability(reflection), self.probability(refraction));
+        let transmitted = rest >= reflect;
+        let sample = LaneSample::discrete(
+            either_vector(transmitted, refracted_by_surface(wo, cos_t, eta), mirrored(wo)),
+            either_spectrum(transmitted, refraction / (eta * eta), reflection),
+            either(transmitted, refract, reflect),
+        );
+        LaneSample { transmitted, eta: either(transmitted, eta, 1.0), ..sample }
+    }
+
+    /// The form for lanes, of one that has continuous lobes.
+    #[inline]
+    pub(super) fn in_lanes(self) -> InLanes {
+        if Scatter::transmits(&self) {
+            InLanes::PhongBothSides(PhongInLanes(self))
         } else {
-            BsdfSample::reflected(mirrored(wo), reflection, self.probability(reflection))
+            InLanes::Phong(PhongInLanes(self))
+        }
+    }
+}
+
+impl<const TRANSMITS: bool> LaneNumbers for PhongInLanes<TRANSMITS> {
+    const NUMBERS: usize = Phong::NUMBERS;
+
+    #[inline(always)]
+    fn load(numbers: &[Numbers], i: usize) -> Self {
+        Self(Phong::load(numbers, i))
+    }
+
+    #[inline(always)]
+    fn store(self, numbers: &mut [Numbers], i: usize) {
+        self.0.store(numbers, i);
+    }
+}
+
+impl<const TRANSMITS: bool> PhongInLanes<TRANSMITS> {
+    /// All continuous lobes; `wo` with z > 0, `eta` the index beyond the surface over that on this side.
+    #[inline(always)]
+    fn eval_from_above(&self, wo: Vec3, wi: Vec3, eta: f32) -> BsdfEval {
+        let reflection = self.0.eval_reflection(wo, wi).only_if(wi.z > 0.0);
+        if !TRANSMITS {
+            return reflection;
+        }
+        let through = self.0.eval_diffuse_transmission(wi, eta).only_if(wi.z < 0.0);
+        let glossy = self.0.eval_transmission(wo, wi, eta).only_if(wi.z != 0.0);
+        BsdfEval {
+            value: reflection.value + through.value + glossy.value,
+            pdf: reflection.pdf + through.pdf + glossy.pdf,
+        }
+    }
+
+    /// A direction of the chosen glossy lobe, and whether it is not lost; `wo` with z > 0.
+    #[inline(always)]
+    fn sample_glossy(&self, wo: Vec3, eta: f32, choice: Choice, u: [f32; 2]) -> (Vec3, bool) {
+        let phong = &self.0;
+        let mirror = mirrored(wo);
+        if !TRANSMITS {
+            let wi = sample_lobe(mirror, phong.exponent, u);
+            return (wi, wi.z > 0.0);
+        }
+        let to_denser = choice.transmission & (eta >= 1.0);
+        let beyond = fresnel::dielectric(wo.z, eta).cos_t;
+        let to_thinner = choice.transmission & (eta < 1.0) & (beyond > 0.0);
+        let is_total = choice.transmission & (eta < 1.0) & (beyond <= 0.0);
+        let axis = either_vector(to_thinner, refracted_by_surface(wo, beyond, eta), mirror);
+        let axis = either_vector(to_denser, wo, axis);
+        let exponent = either(choice.transmission, phong.transmission_exponent, phong.exponent);
+        let lobe = sample_lobe(axis, exponent, u);
+        let cos_t = fresnel::dielectric(lobe.z, eta).cos_t;
+        let wi = either_vector(to_denser, refracted_by_surface(lobe, cos_t, eta), lobe);
+        let is_there = if to_thinner { lobe.z < 0.0 } else { lobe.z > 0.0 };
+        (wi, is_there & (!is_total | (cos_t <= 0.0)))
+    }
+}
+
+impl<const TRANSMITS: bool> LaneBsdf for PhongInLanes<TRANSMITS> {
+    const IS_DELTA: bool = false;
+    const TRANSMITS: bool = TRANSMITS;
+    const CHOOSES_LOBE: bool = true;
+
+    #[inline(always)]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+        let side = 1.0f32.copysign(wo.z);
+        let eta = relative_index(self.0.ior, wo);
+        self.eval_from_above(on_side(wo, side), on_side(wi, side), eta).only_if(wo.z != 0.0)
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> LaneSample {
+        let eta = relative_index(self.0.ior, wo);
+        let side = 1.0f32.copysign(wo.z);
+        let up = on_side(wo, side);
+        let choice = self.0.choose(u_lobe);
+        let (glossy, is_there) = self.sample_glossy(up, eta, choice, u);
+        let diffuse = on_side(warp::cosine_hemisphere(u), either(choice.diffuse_transmission, -1.0, 1.0));
+        let is_glossy = choice.glossy | choice.transmission;
+        let wi = either_vector(is_glossy, glossy, diffuse);
+        let continuous =
+            LaneSample::continuous(on_side(wi, side), self.eval_from_above(up, wi, eta), !is_glossy | is_there);
+        let discrete = self.0.sample_discrete(wo, eta, choice.rest);
+        let is_discrete = choice.rest >= 0.0;
+        let transmitted = if is_discrete { discrete.transmitted } else { wi.z < 0.0 };
+        LaneSample {
+            wi: either_vector(is_discrete, discrete.wi, continuous.wi),
+            weight: either_spectrum(is_discrete, discrete.weight, continuous.weight),
+            density: either(is_discrete, discrete.density, continuous.density),
+            is_discrete,
+            transmitted,
+            eta: either(transmitted, eta, 1.0),
+            is_valid: (wo.z != 0.0) & if is_discrete { discrete.is_valid } else { continuous.is_valid },
         }
     }
 }
@@ -229,38 +330,20 @@ impl Phong {
 impl Scatter for Phong {
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
-        if wo.z == 0.0 {
-            return BsdfEval::ZERO;
+        if self.transmits() {
+            PhongInLanes::<true>(*self).eval(wo, wi)
+        } else {
+            PhongInLanes::<false>(*self).eval(wo, wi)
         }
-        let side = 1.0f32.copysign(wo.z);
-        self.eval_from_above(on_side(wo, side), on_side(wi, side), relative_index(self.ior, wo))
     }
 
     #[inline]
     fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
-        if wo.z == 0.0 {
-            return None;
-        }
-        let eta = relative_index(self.ior, wo);
-        let side = 1.0f32.copysign(wo.z);
-        let up = on_side(wo, side);
-        let mut rest = u_lobe;
-        let mut is_chosen = |albedo: Spectrum| {
-            rest -= self.probability(albedo);
-            rest < 0.0
-        };
-        let wi = if is_chosen(self.diffuse) {
-            warp::cosine_hemisphere(u)
-        } else if is_chosen(self.glossy()) {
-            Some(sample_lobe(mirrored(up), self.exponent, u)).filter(|wi| wi.z > 0.0)?
-        } else if is_chosen(self.diffuse_transmission) {
-            on_side(warp::cosine_hemisphere(u), -1.0)
-        } else if is_chosen(self.glossy_transmission()) {
-            self.sample_transmission(up, eta, u)?
+        if self.transmits() {
+            PhongInLanes::<true>(*self).sample(wo, u_lobe, u).alone()
         } else {
-            return self.sample_discrete(wo, eta, rest);
-        };
-        BsdfSample::continuous(on_side(wi, side), self.eval_from_above(up, wi, eta), wi.z < 0.0, eta)
+            PhongInLanes::<false>(*self).sample(wo, u_lobe, u).alone()
+        }
     }
 
     #[inline]

@@ -281,7 +281,7 @@ impl Principled {
         if lobes.glass > 0.0
             && let Some(glass) = self.rough_glass()
         {
-            let BsdfEval { value, pdf } = glass.eval(wo, wi);
+            let BsdfEval { value, pdf } = Scatter::eval(&glass, wo, wi);
             total.add(value * (past * self.clear), lobes.glass * pdf);
         }
         let side = 1.0f32.copysign(wo.z);
@@ -298,7 +298,7 @@ impl Principled {
             let lobe = sheen::lobe(wo, wi, self.sheen_alpha) * sheen::ceiling(seen.sheen, lit.sheen);
             total.add(self.sheen * (past_coat * lobe), lobes.sheen * warp::UNIFORM_HEMISPHERE_PDF);
         }
-        let Some(m) = ggx::half_vector(wo, wi) else { return total };
+        let (m, true) = ggx::half_vector(wo, wi) else { return total };
         let cos_m = wo.dot(m);
         if lobes.facets > 0.0
             && let Some(ggx) = self.ggx()
@@ -335,7 +335,8 @@ impl Principled {
         } else if is_chosen(lobes.diffuse).is_some() {
             Some(warp::cosine_hemisphere(u))
         } else if let Some(within) = is_chosen(lobes.glass) {
-            let glass = self.rough_glass().and_then(|glass| glass.sample(wo, within.min(1.0 - f32::EPSILON), u));
+            let glass =
+                self.rough_glass().and_then(|glass| Scatter::sample(&glass, wo, within.min(1.0 - f32::EPSILON), u));
             return Ok(glass.map(|sample| sample.wi));
         } else {
             return Err(rest);

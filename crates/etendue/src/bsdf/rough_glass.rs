@@ -9,9 +9,10 @@
 //!   that of `wi`.
 
 use super::{
-    BsdfEval, BsdfSample, Density, Scatter, fresnel, ggx,
+    BsdfEval, BsdfSample, Scatter, fresnel, ggx,
     ggx::Ggx,
     glass::{Glass, relative_index},
+    lanes::{LaneBsdf, LaneSample, either, either_spectrum, either_vector, lane_numbers},
     on_side, share,
 };
 use crate::{math::Vec3, spectrum::Spectrum};
@@ -28,6 +29,8 @@ pub struct RoughGlass {
     transmission_tint: Spectrum,
     ggx: Ggx,
 }
+
+lane_numbers!(RoughGlass { ior: f32, reflection_tint: Spectrum, transmission_tint: Spectrum, ggx: Ggx });
 
 impl RoughGlass {
     /// `ior` > 0 is the index behind the surface (z < 0) over that before it; GGX widths along x and y; tints in [0, 1].
@@ -48,44 +51,81 @@ impl RoughGlass {
     }
 
     /// Probabilities of reflection and refraction at a facet that reflects `reflectance`.
-    #[inline]
+    #[inline(always)]
     fn choice(&self, reflectance: f32) -> (f32, f32) {
         let r = reflectance * self.reflection_tint.mean();
         let t = (1.0 - reflectance) * self.transmission_tint.mean();
         (share(r, t), share(t, r))
     }
 
-    /// Both directions with z > 0.
-    #[inline]
-    fn eval_reflection(&self, wo: Vec3, wi: Vec3, eta: f32) -> BsdfEval {
-        let Some(m) = ggx::half_vector(wo, wi) else {
-            return BsdfEval::ZERO;
-        };
-        let reflectance = fresnel::dielectric(wo.dot(m), eta).reflectance;
-        let (value, pdf) = self.ggx.reflection(wo, wi, m);
-        BsdfEval { value: self.reflection_tint * (reflectance * value), pdf: self.choice(reflectance).0 * pdf }
-    }
-
-    /// `wo` with z > 0, `wi` with z < 0.
-    #[inline]
-    fn eval_refraction(&self, wo: Vec3, wi: Vec3, eta: f32) -> BsdfEval {
-        let sum = wo + wi * eta;
-        let length2 = sum.length_squared();
-        let Some(m) = sum.try_normalize() else {
-            return BsdfEval::ZERO;
-        };
-        let m = if m.z < 0.0 { -m } else { m };
+    /// `wo` with z > 0; reflection and refraction differ by few factors.
+    #[inline(always)]
+    fn eval_from_above(&self, wo: Vec3, wi: Vec3, eta: f32) -> BsdfEval {
+        let reflects = wi.z > 0.0;
+        let sum = wo + wi * either(reflects, 1.0, eta);
+        let (m, exists) = ggx::unit(sum);
+        let m = m * 1.0f32.copysign(m.z);
         let (cos_o, cos_i) = (wo.dot(m), -wi.dot(m));
-        // The two directions must lie on opposite sides of the facet, each on that side of the surface.
-        if cos_o <= 0.0 || cos_i <= 0.0 || m.z <= 0.0 {
-            return BsdfEval::ZERO;
-        }
         let reflectance = fresnel::dielectric(cos_o, eta).reflectance;
         let transmittance = fresnel::transmittance(cos_o, cos_i, eta);
-        let visible = self.ggx.masking_over_cos(wo) * self.ggx.density(m) * cos_o * cos_i / length2;
-        BsdfEval {
-            value: self.transmission_tint * (transmittance * visible * self.ggx.masking(on_side(wi, -1.0))),
-            pdf: self.choice(reflectance).1 * visible * (eta * eta),
+        let (reflect, refract) = self.choice(reflectance);
+        let beyond = on_side(wi, -1.0);
+        let (density, masking) = (self.ggx.density(m), self.ggx.masking_over_cos(wo));
+
+        let quarter = 0.25 * density;
+        let glossy = reflectance * (quarter * wi.z * self.ggx.masking_shadowing_over_cosines(wo, wi));
+        let reflection = BsdfEval { value: self.reflection_tint * glossy, pdf: reflect * (quarter * masking) };
+
+        let visible = masking * density * cos_o * cos_i / sum.length_squared();
+        let value = self.transmission_tint * (transmittance * visible * self.ggx.masking(beyond));
+        let refraction = BsdfEval { value, pdf: refract * visible * (eta * eta) };
+        // The two directions must lie on opposite sides of the facet, each on that side of the surface.
+        let faces = (wi.z < 0.0) & (cos_o > 0.0) & (cos_i > 0.0) & (m.z > 0.0);
+        let value = either_spectrum(reflects, reflection.value, refraction.value);
+        BsdfEval { value, pdf: either(reflects, reflection.pdf, refraction.pdf) }.only_if(exists & (reflects | faces))
+    }
+}
+
+impl LaneBsdf for RoughGlass {
+    const IS_DELTA: bool = false;
+    const TRANSMITS: bool = true;
+    const CHOOSES_LOBE: bool = true;
+
+    #[inline(always)]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+        let eta = relative_index(self.ior, wo);
+        let side = 1.0f32.copysign(wo.z);
+        self.eval_from_above(on_side(wo, side), on_side(wi, side), eta).only_if(wo.z != 0.0)
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> LaneSample {
+        let eta = relative_index(self.ior, wo);
+        let side = 1.0f32.copysign(wo.z);
+        let is_seen = wo.z != 0.0;
+        let wo = on_side(wo, side);
+        let m = self.ggx.sample_visible(wo, u);
+        let cos_o = wo.dot(m);
+        let interface = fresnel::dielectric(cos_o, eta);
+        let (reflect, refract) = self.choice(interface.reflectance);
+        let transmitted = u_lobe >= reflect;
+        let below = fresnel::refracted(wo, m, cos_o, interface.cos_t, eta);
+        let wi = either_vector(transmitted, below, ggx::reflected(wo, m));
+
+        let shadowing = self.ggx.masking(on_side(wi, -1.0));
+        let through = (1.0 - interface.reflectance) * shadowing / (refract * eta * eta);
+        let back = interface.reflectance * self.ggx.reflection_weight(wo, wi) / reflect;
+        let tint = either_spectrum(transmitted, self.transmission_tint, self.reflection_tint);
+        let density = self.eval_from_above(wo, wi, eta).pdf;
+        let passes = (refract > 0.0) & (interface.cos_t > 0.0) & (wi.z < 0.0);
+        LaneSample {
+            wi: on_side(wi, side),
+            weight: tint * either(transmitted, through, back),
+            density,
+            is_discrete: false,
+            transmitted,
+            eta: either(transmitted, eta, 1.0),
+            is_valid: is_seen & (density > 0.0) & if transmitted { passes } else { wi.z > 0.0 },
         }
     }
 }
@@ -93,60 +133,12 @@ impl RoughGlass {
 impl Scatter for RoughGlass {
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
-        if wo.z == 0.0 {
-            return BsdfEval::ZERO;
-        }
-        let eta = relative_index(self.ior, wo);
-        let side = 1.0f32.copysign(wo.z);
-        let (wo, wi) = (on_side(wo, side), on_side(wi, side));
-        if wi.z > 0.0 {
-            self.eval_reflection(wo, wi, eta)
-        } else if wi.z < 0.0 {
-            self.eval_refraction(wo, wi, eta)
-        } else {
-            BsdfEval::ZERO
-        }
+        LaneBsdf::eval(self, wo, wi)
     }
 
     #[inline]
     fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
-        if wo.z == 0.0 {
-            return None;
-        }
-        let eta = relative_index(self.ior, wo);
-        let side = 1.0f32.copysign(wo.z);
-        let wo = on_side(wo, side);
-        let m = self.ggx.sample_visible(wo, u);
-        let cos_o = wo.dot(m);
-        let interface = fresnel::dielectric(cos_o, eta);
-        let (reflect, refract) = self.choice(interface.reflectance);
-        let transmitted = u_lobe >= reflect;
-        let (wi, weight, eta, eval) = if transmitted {
-            if refract <= 0.0 || interface.cos_t <= 0.0 {
-                return None;
-            }
-            let wi = fresnel::refracted(wo, m, cos_o, interface.cos_t, eta);
-            if wi.z >= 0.0 {
-                return None;
-            }
-            let shadowing = self.ggx.masking(on_side(wi, -1.0));
-            let weight = self.transmission_tint * ((1.0 - interface.reflectance) * shadowing / (refract * eta * eta));
-            (wi, weight, eta, self.eval_refraction(wo, wi, eta))
-        } else {
-            let wi = ggx::reflected(wo, m);
-            if wi.z <= 0.0 {
-                return None;
-            }
-            let weight = self.reflection_tint * (interface.reflectance * self.ggx.reflection_weight(wo, wi) / reflect);
-            (wi, weight, 1.0, self.eval_reflection(wo, wi, eta))
-        };
-        (eval.pdf > 0.0).then(|| BsdfSample {
-            wi: on_side(wi, side),
-            weight,
-            density: Density::SolidAngle(eval.pdf),
-            transmitted,
-            eta,
-        })
+        LaneBsdf::sample(self, wo, u_lobe, u).alone()
     }
 
     #[inline]

@@ -13,7 +13,7 @@ pub const ALPHA_MIN: f32 = 0.05;
 /// f cos_i for directions with z > 0, before it is scaled to lose energy nowhere: see [`ceiling`].
 #[inline]
 pub fn lobe(wo: Vec3, wi: Vec3, alpha: f32) -> f32 {
-    let Some(m) = ggx::half_vector(wo, wi) else { return 0.0 };
+    let (m, true) = ggx::half_vector(wo, wi) else { return 0.0 };
     let exponent = 1.0 / alpha;
     let sin2 = m.x * m.x + m.y * m.y;
     let density = (2.0 + exponent) * (0.5 / PI) * pow(sin2, 0.5 * exponent);

@@ -265,7 +265,10 @@ impl Scattering {
             Self::Glass { ior, reflection_tint, transmission_tint, thin } => {
                 Bsdf::Glass(Glass::new(ior, reflection_tint, transmission_tint, thin))
             }
-            Self::RoughMetal { eta, k, alpha, tint } => Bsdf::RoughMetal(RoughMetal::new(eta, k, alpha, tint)),
+            Self::RoughMetal { eta, k, alpha, tint } => match RoughMetal::new(eta, k, alpha, tint) {
+                Ok(rough) => Bsdf::RoughMetal(rough),
+                Err(smooth) => Bsdf::Mirror(smooth),
+            },
             Self::RoughGlass { ior, alpha, reflection_tint, transmission_tint } => {
                 match RoughGlass::new(ior, [alpha; 2], reflection_tint, transmission_tint) {
                     Ok(rough) => Bsdf::RoughGlass(rough),

@@ -81,47 +81,49 @@ pub(crate) fn atan2_wide(y: f64, x: f64) -> f64 {
 }
 
 /// e to the `x` in f64, for results in the range of f32: beyond, something larger than its largest number or smaller
-/// than its least. Relative error below 1e-11.
-#[inline]
+/// than its least. Relative error below 1e-11. Free of branches.
+#[inline(always)]
 pub(crate) fn exp_wide(x: f64) -> f64 {
     const LN_2: f64 = std::f64::consts::LN_2;
     const MAGIC: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52: adding it rounds to an integer
     let x = x.clamp(-120.0, 120.0);
-    let k = (x * std::f64::consts::LOG2_E + MAGIC) - MAGIC;
-    let r = x - k * LN_2;
+    let shifted = x * std::f64::consts::LOG2_E + MAGIC;
+    let r = x - (shifted - MAGIC) * LN_2;
     // Taylor's series to degree 10, |r| <= ln(2) / 2.
     let tail = 1.0 / 5040.0 + r * (1.0 / 40_320.0 + r * (1.0 / 362_880.0 + r * (1.0 / 3_628_800.0)));
     let p = 1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * tail)));
-    let power = f64::from_bits(((k as i64 + 1023) as u64) << 52);
+    // The last bits of a number that was shifted so are the integer's.
+    let power = f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52);
     (1.0 + r * (1.0 + r * (0.5 + r * p))) * power
 }
 
-/// Natural logarithm in f64 of a normal positive number; relative error below 1e-11. Infinity gives a finite number.
-#[inline]
+/// Natural logarithm in f64 of a normal positive number; relative error below 1e-11. Infinity gives a finite number. Free of
+/// branches.
+#[inline(always)]
 fn ln_normal(x: f64) -> f64 {
     // x = m 2^k with m in [sqrt(1/2), sqrt(2)).
     const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
-    let shifted = x.to_bits().wrapping_sub(SQRT_HALF) as i64;
-    let k = shifted >> 52;
-    let m = f64::from_bits((shifted & 0x000f_ffff_ffff_ffff) as u64 + SQRT_HALF);
+    const BIAS: u64 = 1023;
+    let shifted = x.to_bits().wrapping_sub(SQRT_HALF).wrapping_add(BIAS << 52);
+    let m = f64::from_bits((shifted & 0x000f_ffff_ffff_ffff).wrapping_add(SQRT_HALF));
+    // An integer in the last bits of 2^52.
+    const EXPONENT: u64 = (52 + BIAS) << 52;
+    let k = f64::from_bits(EXPONENT | (shifted >> 52)) - (4_503_599_627_370_496.0 + BIAS as f64);
     // ln(m) = 2 atanh(s), by its series to s^17, |s| < 0.172.
     let s = (m - 1.0) / (m + 1.0);
     let s2 = s * s;
     let tail = 1.0 / 11.0 + s2 * (1.0 / 13.0 + s2 * (1.0 / 15.0 + s2 * (1.0 / 17.0)));
     let p = 1.0 / 3.0 + s2 * (1.0 / 5.0 + s2 * (1.0 / 7.0 + s2 * (1.0 / 9.0 + s2 * tail)));
-    2.0 * s + 2.0 * s * s2 * p + k as f64 * std::f64::consts::LN_2
+    2.0 * s + 2.0 * s * s2 * p + k * std::f64::consts::LN_2
 }
 
-/// Natural logarithm in f64 of an f32: minus infinity at 0, NaN below.
-#[inline]
+/// Natural logarithm in f64 of an f32: minus infinity at 0, NaN below. Free of branches.
+#[inline(always)]
 pub(crate) fn ln_wide(x: f32) -> f64 {
     let finite = ln_normal(f64::from(x));
-    match x {
-        _ if x > 0.0 && x < f32::INFINITY => finite,
-        0.0 => f64::NEG_INFINITY,
-        _ if x > 0.0 => f64::INFINITY,
-        _ => f64::NAN,
-    }
+    let above = if x < f32::INFINITY { finite } else { f64::INFINITY };
+    let rest = if x == 0.0 { f64::NEG_INFINITY } else { f64::NAN };
+    if x > 0.0 { above } else { rest }
 }
 
 /// e to the `x`; error at most 0.51 units in the last place.

@@ -41,7 +41,7 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
 
 /// Distributed as the cosine to the power `exponent` >= 0, as in Phong's lobe
 /// (Lafortune and Willems, "Using the Modified Phong Reflectance Model", 1994).
-#[inline]
+#[inline(always)]
 pub fn cosine_power_hemisphere([u, v]: [f32; 2], exponent: f32) -> Vec3 {
     // In f64, because narrow lobes live in the difference of the cosine from 1.
     let cos = exp_wide(ln_wide(1.0 - u) / (f64::from(exponent) + 1.0));
@@ -49,12 +49,12 @@ pub fn cosine_power_hemisphere([u, v]: [f32; 2], exponent: f32) -> Vec3 {
 }
 
 /// Density of [`cosine_power_hemisphere`] per solid angle, `cos_theta` the direction's z.
-#[inline]
+#[inline(always)]
 pub fn cosine_power_hemisphere_pdf(cos_theta: f32, exponent: f32) -> f32 {
-    if cos_theta <= 0.0 {
-        return 0.0;
-    }
-    (exp_wide(ln_wide(cos_theta) * f64::from(exponent)) * (f64::from(exponent) + 1.0)) as f32 * (0.5 / PI)
+    let is_above = cos_theta > 0.0;
+    let power = exp_wide(ln_wide(if is_above { cos_theta } else { 1.0 }) * f64::from(exponent));
+    let density = (power * (f64::from(exponent) + 1.0)) as f32 * (0.5 / PI);
+    if is_above { density } else { 0.0 }
 }
 
 /// Uniform on the hemisphere z >= 0.
@@ -90,7 +90,7 @@ pub fn uniform_cone_pdf(height: f32) -> f32 {
 }
 
 /// The direction with this polar angle and `turns` of azimuth.
-#[inline]
+#[inline(always)]
 fn polar(sin_theta: f32, cos_theta: f32, turns: f32) -> Vec3 {
     let (sin, cos) = sin_cos_turns(turns);
     vec3(sin_theta * cos, sin_theta * sin, cos_theta)
