@@ -24,6 +24,9 @@ pub struct Ggx {
 lane_numbers!(Ggx { alpha_x: f32, alpha_y: f32 });
 
 impl Ggx {
+    /// The widest lobe.
+    pub(super) const WIDEST: Self = Self { alpha_x: 1.0, alpha_y: 1.0 };
+
     /// `None` where both widths are below [`ALPHA_MIN`]: perfectly specular. A single width below it is raised to it.
     #[inline(always)]
     pub fn new(alpha_x: f32, alpha_y: f32) -> Option<Self> {

@@ -6,7 +6,7 @@
 //! end, and may be anything on the way, NaN included.
 
 use super::{
-    Bsdf, BsdfEval, BsdfSample, Density, Diffuse, Glass, Lambert, Mirror, PhongInLanes, RoughGlass, RoughMetal,
+    Bsdf, BsdfEval, BsdfSample, Density, Diffuse, Glass, Lambert, Mirror, Mtl, PhongInLanes, RoughGlass, RoughMetal,
 };
 use crate::{
     math::{Vec3, vec3},
@@ -67,6 +67,8 @@ pub enum InLanes {
     RoughMetal(RoughMetal),
     /// GGX dielectrics.
     RoughGlass(RoughGlass),
+    /// The lobes of MTL files.
+    Mtl(Mtl),
     /// Phong's lobes that reflect, and Diracs beside them.
     Phong(PhongInLanes<false>),
     /// All of Phong's lobes.
@@ -83,6 +85,7 @@ impl Bsdf {
             Self::Glass(glass) => Some(InLanes::Glass(glass)),
             Self::RoughMetal(metal) if !self.is_anisotropic() => Some(InLanes::RoughMetal(metal)),
             Self::RoughGlass(glass) if !self.is_anisotropic() => Some(InLanes::RoughGlass(glass)),
+            Self::Mtl(mtl) if !self.is_delta() => Some(InLanes::Mtl(mtl)),
             Self::Phong(phong) if !self.is_delta() => Some(phong.in_lanes()),
             _ => None,
         }
@@ -127,6 +130,20 @@ impl LaneSample {
     #[inline(always)]
     pub(super) fn only_if(self, is_valid: bool) -> Self {
         Self { is_valid: self.is_valid & is_valid, ..self }
+    }
+
+    /// `a` if `first`, else `b`.
+    #[inline(always)]
+    pub(super) fn either(first: bool, a: Self, b: Self) -> Self {
+        Self {
+            wi: either_vector(first, a.wi, b.wi),
+            weight: either_spectrum(first, a.weight, b.weight),
+            density: either(first, a.density, b.density),
+            is_discrete: if first { a.is_discrete } else { b.is_discrete },
+            transmitted: if first { a.transmitted } else { b.transmitted },
+            eta: either(first, a.eta, b.eta),
+            is_valid: if first { a.is_valid } else { b.is_valid },
+        }
     }
 
     /// The sample as a lone vertex has it.

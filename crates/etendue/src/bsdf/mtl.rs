@@ -14,6 +14,7 @@ use super::{
     BsdfEval, BsdfSample, Scatter, fresnel, ggx,
     ggx::Ggx,
     glass::{refracted_by_surface, relative_index},
+    lanes::{LaneBsdf, LaneSample, either, either_spectrum, either_vector, lane_numbers},
     mirrored, on_side,
 };
 use crate::{
@@ -29,11 +30,22 @@ pub struct Mtl {
     specular: Spectrum,
     transmission: Spectrum,
     ior: f32,
-    /// Of the specular lobe; `None` is a mirror.
-    ggx: Option<Ggx>,
+    /// False if the specular lobe is a mirror; its facets are then any.
+    is_rough: bool,
+    ggx: Ggx,
     /// One over the sum of the lobes' mean albedos, or 0 if that is 0. A lobe's probability is its mean albedo times this.
     inverse_total: f32,
 }
+
+lane_numbers!(Mtl {
+    diffuse: Spectrum,
+    specular: Spectrum,
+    transmission: Spectrum,
+    ior: f32,
+    is_rough: bool,
+    ggx: Ggx,
+    inverse_total: f32,
+});
 
 impl Mtl {
     /// `Kd`, `Ks`, `Tf` >= 0; `alpha` the GGX width of the specular lobe, a mirror below [`ggx::ALPHA_MIN`]; `ior` > 0 the
@@ -44,85 +56,88 @@ impl Mtl {
         let (diffuse, specular, transmission) = (diffuse * scale, specular * scale, transmission * scale);
         let total = diffuse.mean() + specular.mean() + transmission.mean();
         let inverse_total = if total > 0.0 { 1.0 / total } else { 0.0 };
-        Self { diffuse, specular, transmission, ior, ggx: Ggx::new(alpha, alpha), inverse_total }
+        let (is_rough, ggx) = Ggx::new(alpha, alpha).map_or((false, Ggx::WIDEST), |ggx| (true, ggx));
+        Self { diffuse, specular, transmission, ior, is_rough, ggx, inverse_total }
     }
 
     /// Probability of a lobe.
-    #[inline]
+    #[inline(always)]
     fn probability(&self, albedo: Spectrum) -> f32 {
         albedo.mean() * self.inverse_total
     }
 
     /// The albedo of GGX facets; none where the specular lobe is a mirror.
-    #[inline]
+    #[inline(always)]
     fn glossy(&self) -> Spectrum {
-        if self.ggx.is_some() { self.specular } else { Spectrum::BLACK }
+        either_spectrum(self.is_rough, self.specular, Spectrum::BLACK)
     }
 
-    /// Both directions with z > 0.
-    #[inline]
+    /// Diffuse and glossy reflection; `wo` with z > 0.
+    #[inline(always)]
     fn eval_continuous(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
         let cosine = wi.z * (1.0 / PI);
-        let mut value = self.diffuse * cosine;
-        let mut pdf = self.probability(self.diffuse) * cosine;
-        if let Some(ggx) = self.ggx
-            && !self.specular.is_black()
-            && let (m, true) = ggx::half_vector(wo, wi)
-        {
-            let (glossy, glossy_pdf) = ggx.bounded_reflection(wo, wi, m);
-            value += self.specular * glossy;
-            pdf += self.probability(self.specular) * glossy_pdf;
-        }
-        BsdfEval { value, pdf }
+        let glossy = self.glossy();
+        let (m, exists) = ggx::half_vector(wo, wi);
+        let (f, density) = self.ggx.bounded_reflection(wo, wi, m);
+        let is_there = exists & self.is_rough;
+        let value = self.diffuse * cosine + glossy * either(is_there, f, 0.0);
+        let pdf = self.probability(self.diffuse) * cosine + self.probability(glossy) * either(is_there, density, 0.0);
+        BsdfEval { value, pdf }.only_if(wi.z > 0.0)
     }
 
-    /// A direction from the diffuse or the glossy lobe, weighted by both.
-    #[inline]
-    fn sample_continuous(&self, wo: Vec3, diffuse: bool, u: [f32; 2]) -> Option<BsdfSample> {
+    /// The lobes without extent, `rest` being what is left of the number that chose above the probabilities of the others. The
+    /// mirror and the interface's reflection share one direction: one discrete lobe.
+    #[inline(always)]
+    fn sample_discrete(&self, wo: Vec3, rest: f32) -> LaneSample {
+        let eta = relative_index(self.ior, wo);
+        let interface = fresnel::dielectric(wo.z.abs(), eta);
+        let reflection = self.specular - self.glossy() + self.transmission * interface.reflectance;
+        let refraction = self.transmission * (1.0 - interface.reflectance);
+        let (reflect, refract) = (self.probability(reflection), self.probability(refraction));
+        let transmitted = rest >= reflect;
+        let sample = LaneSample::discrete(
+            either_vector(transmitted, refracted_by_surface(wo, interface.cos_t, eta), mirrored(wo)),
+            either_spectrum(transmitted, refraction / (eta * eta), reflection),
+            either(transmitted, refract, reflect),
+        );
+        LaneSample { transmitted, eta: either(transmitted, eta, 1.0), ..sample }
+    }
+}
+
+impl LaneBsdf for Mtl {
+    const IS_DELTA: bool = false;
+    const TRANSMITS: bool = false;
+    const CHOOSES_LOBE: bool = true;
+
+    #[inline(always)]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
         let side = 1.0f32.copysign(wo.z);
-        let wo = on_side(wo, side);
-        let wi = if diffuse { warp::cosine_hemisphere(u) } else { ggx::reflected(wo, self.ggx?.sample_bounded(wo, u)) };
-        if wi.z <= 0.0 {
-            return None;
-        }
-        BsdfSample::continuous(on_side(wi, side), self.eval_continuous(wo, wi), false, 1.0)
+        self.eval_continuous(on_side(wo, side), on_side(wi, side)).only_if(wo.z != 0.0)
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> LaneSample {
+        let up_to_diffuse = self.probability(self.diffuse);
+        let up_to_glossy = up_to_diffuse + self.probability(self.glossy());
+        let side = 1.0f32.copysign(wo.z);
+        let up = on_side(wo, side);
+        let glossy = ggx::reflected(up, self.ggx.sample_bounded(up, u));
+        let wi = either_vector(u_lobe < up_to_diffuse, warp::cosine_hemisphere(u), glossy);
+        let continuous = LaneSample::continuous(on_side(wi, side), self.eval_continuous(up, wi), wi.z > 0.0);
+        let discrete = self.sample_discrete(wo, u_lobe - up_to_glossy);
+        LaneSample::either(u_lobe >= up_to_glossy, discrete, continuous).only_if(wo.z != 0.0)
     }
 }
 
 impl Scatter for Mtl {
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
-        let side = 1.0f32.copysign(wo.z);
-        let (wo, wi) = (on_side(wo, side), on_side(wi, side));
-        if wo.z > 0.0 && wi.z > 0.0 { self.eval_continuous(wo, wi) } else { BsdfEval::ZERO }
+        LaneBsdf::eval(self, wo, wi)
     }
 
     #[inline]
     fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
-        if wo.z == 0.0 {
-            return None;
-        }
-        let up_to_diffuse = self.probability(self.diffuse);
-        let up_to_glossy = up_to_diffuse + self.probability(self.glossy());
-        if u_lobe < up_to_glossy {
-            return self.sample_continuous(wo, u_lobe < up_to_diffuse, u);
-        }
-        // The mirror and the interface's reflection share one direction: one discrete lobe.
-        let eta = relative_index(self.ior, wo);
-        let interface = fresnel::dielectric(wo.z.abs(), eta);
-        let reflection = self.specular - self.glossy() + self.transmission * interface.reflectance;
-        let refraction = self.transmission * (1.0 - interface.reflectance);
-        let transmitted = u_lobe >= up_to_glossy + self.probability(reflection);
-        if transmitted {
-            BsdfSample::refracted(
-                refracted_by_surface(wo, interface.cos_t, eta),
-                refraction,
-                self.probability(refraction),
-                eta,
-            )
-        } else {
-            BsdfSample::reflected(mirrored(wo), reflection, self.probability(reflection))
-        }
+        LaneBsdf::sample(self, wo, u_lobe, u).alone()
     }
 
     #[inline]

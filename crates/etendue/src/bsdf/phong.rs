@@ -310,20 +310,12 @@ impl<const TRANSMITS: bool> LaneBsdf for PhongInLanes<TRANSMITS> {
         let diffuse = on_side(warp::cosine_hemisphere(u), either(choice.diffuse_transmission, -1.0, 1.0));
         let is_glossy = choice.glossy | choice.transmission;
         let wi = either_vector(is_glossy, glossy, diffuse);
-        let continuous =
-            LaneSample::continuous(on_side(wi, side), self.eval_from_above(up, wi, eta), !is_glossy | is_there);
+        let eval = self.eval_from_above(up, wi, eta);
+        let transmitted = wi.z < 0.0;
+        let continuous = LaneSample::continuous(on_side(wi, side), eval, !is_glossy | is_there);
+        let continuous = LaneSample { transmitted, eta: either(transmitted, eta, 1.0), ..continuous };
         let discrete = self.0.sample_discrete(wo, eta, choice.rest);
-        let is_discrete = choice.rest >= 0.0;
-        let transmitted = if is_discrete { discrete.transmitted } else { wi.z < 0.0 };
-        LaneSample {
-            wi: either_vector(is_discrete, discrete.wi, continuous.wi),
-            weight: either_spectrum(is_discrete, discrete.weight, continuous.weight),
-            density: either(is_discrete, discrete.density, continuous.density),
-            is_discrete,
-            transmitted,
-            eta: either(transmitted, eta, 1.0),
-            is_valid: (wo.z != 0.0) & if is_discrete { discrete.is_valid } else { continuous.is_valid },
-        }
+        LaneSample::either(choice.rest >= 0.0, discrete, continuous).only_if(wo.z != 0.0)
     }
 }
 

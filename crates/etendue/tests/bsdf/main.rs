@@ -6,6 +6,7 @@
 mod cases;
 mod energy;
 mod furnace;
+mod lanes;
 mod mixtures;
 mod reference;
 mod robustness;

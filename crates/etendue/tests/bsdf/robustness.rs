@@ -10,7 +10,7 @@ use etendue::{
 use etendue_testkit::Rng;
 
 /// Unit vectors at the edges of the number range as often as ordinary ones.
-fn extreme_direction(rng: &mut Rng) -> Vec3 {
+pub fn extreme_direction(rng: &mut Rng) -> Vec3 {
     const Z: [f32; 14] =
         [0.0, -0.0, 1e-45, 1e-40, 1e-38, 1e-30, 1e-20, 1e-12, 1e-7, 1e-4, 1e-2, 0.999_999_94, 1.0, 0.5];
     if rng.f32() < 0.3 {
@@ -27,7 +27,7 @@ fn extreme_direction(rng: &mut Rng) -> Vec3 {
     vec3(x, y, if rng.u32().is_multiple_of(2) { z } else { -z })
 }
 
-fn extreme_number(rng: &mut Rng) -> f32 {
+pub fn extreme_number(rng: &mut Rng) -> f32 {
     [0.0, 1.0 - f32::EPSILON / 2.0, 0.5, f32::MIN_POSITIVE, rng.f32(), rng.f32()][rng.u32() as usize % 6]
 }
 
@@ -49,7 +49,7 @@ fn extreme_exponent(rng: &mut Rng) -> f32 {
     [0.0, 1e-30, 1.0, 30.0, 999.0, 1000.0, 1e9][rng.u32() as usize % 7]
 }
 
-fn extreme_material(rng: &mut Rng) -> Scattering {
+pub fn extreme_material(rng: &mut Rng) -> Scattering {
     let alpha = extreme_alpha(rng);
     let ior = extreme_index(rng);
     let (a, b, c) = (extreme_color(rng), extreme_color(rng), extreme_color(rng));
