@@ -1,6 +1,6 @@
 //! Lambertian reflection and transmission.
 
-use super::{BsdfEval, BsdfSample, Density, Scatter, share};
+use super::{BsdfEval, BsdfSample, Density, Scatter, lanes::Lambert, share};
 use crate::{
     math::{PI, Vec3},
     sampling::warp,
@@ -24,6 +24,13 @@ impl Diffuse {
     pub fn new(reflectance: Spectrum, transmittance: Spectrum) -> Self {
         let (r, t) = (reflectance.mean(), transmittance.mean());
         Self { reflectance, transmittance, reflect: share(r, t), transmit: share(t, r) }
+    }
+
+    /// The form for lanes, if it reflects and does nothing else.
+    #[inline]
+    pub(super) fn lambert(&self) -> Option<Lambert> {
+        let reflects_alone = self.transmittance.is_black() && !self.reflectance.is_black();
+        reflects_alone.then_some(Lambert { albedo: self.reflectance })
     }
 }
 
