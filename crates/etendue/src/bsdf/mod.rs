@@ -31,6 +31,7 @@ use crate::{math::Vec3, spectrum::Spectrum};
 pub use brushed_metal::{BrushedMetal, Circle, GrooveForm};
 pub use diffuse::{Diffuse, Lambert};
 pub use glass::Glass;
+pub(crate) use lanes::{InLanes, LANES, LaneBsdf, MOST_NUMBERS};
 pub use mirror::Mirror;
 pub use mtl::Mtl;
 pub use phong::{MIRROR_EXPONENT, Phong, PhongInLanes, PhongLobes};
@@ -185,14 +186,14 @@ impl Bsdf {
     /// The continuous lobes' value (cosine included) and density for the pair; delta lobes count as nothing in both.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
-        dispatch!(self, b => b.eval(wo, wi))
+        dispatch!(self, b => Scatter::eval(b, wo, wi))
     }
 
     /// Draws a direction for `wo`: `u_lobe` in [0, 1) chooses the lobe, `u` in [0, 1)^2 the direction inside it. `None`
     /// where the light is absorbed, which counts as a weight of 0.
     #[inline]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
-        dispatch!(self, b => b.sample(wo, u_lobe, u))
+        dispatch!(self, b => Scatter::sample(b, wo, u_lobe, u))
     }
 
     /// The circle of directions from which all light comes that leaves towards `wo`, for BSDFs that scatter so: brushed metal.

@@ -99,22 +99,26 @@ impl Horizon {
         self.base
     }
 
-    /// True if there are bumps that throw shadows.
+    /// Squared roughness of the bumps; 0 where there are none.
     #[inline]
-    pub fn is_rough(&self) -> bool {
-        self.roughness != 0.0
+    pub fn roughness(&self) -> f32 {
+        self.roughness
     }
 
     /// Fraction of light from `wi`, on the side of the view, that bumps leave.
     #[inline]
     pub fn shadowing(&self, wi: Vec3) -> f32 {
-        if self.roughness == 0.0 {
-            return 1.0;
-        }
-        let squared = wi.dot(self.base) * wi.dot(self.base);
-        let tangent = (1.0 - squared).max(0.0) / squared.max(1e-12);
-        2.0 / (1.0 + (1.0 + self.roughness * tangent).sqrt())
+        shadowing(wi.dot(self.base), self.roughness)
     }
+}
+
+/// Fraction of light that bumps of a squared roughness leave, its direction being under this cosine to the horizon's normal.
+#[inline(always)]
+pub(super) fn shadowing(cos: f32, roughness: f32) -> f32 {
+    let squared = cos * cos;
+    let tangent = (1.0 - squared).max(0.0) / squared.max(1e-12);
+    let left = 2.0 / (1.0 + (1.0 + roughness * tangent).sqrt());
+    if roughness == 0.0 { 1.0 } else { left }
 }
 
 /// The squared GGX roughness of bumps whose normal is tilted by this cosine.

@@ -2,9 +2,9 @@
 
 mod attenuated;
 mod circle;
-mod diffuse;
 mod enclosure;
 mod horizon;
+mod lanes;
 mod paths;
 mod shade;
 mod shadow;

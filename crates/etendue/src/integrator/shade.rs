@@ -3,15 +3,15 @@
 use super::{
     attenuated::Traveller,
     circle,
-    diffuse::{Diffuse, DiffuseVertex},
     horizon::Horizon,
+    lanes::{Groups, SurfaceVertex},
     paths::{Flown, Paths, Previous},
     shadow::ShadowQueue,
     volume,
     wave::Context,
 };
 use crate::{
-    bsdf::{Bsdf, Density},
+    bsdf::{Bsdf, Density, InLanes},
     film::FirstHit,
     light::{LightContext, LightSample},
     math::{Frame, Vec3},
@@ -71,7 +71,7 @@ pub(super) fn shade<const MEDIA: bool>(
     paths: &mut Paths,
     path: usize,
     shadows: &mut ShadowQueue,
-    diffuse: &mut Diffuse,
+    groups: &mut Groups,
 ) {
     if MEDIA && !volume::travel(context, strategy, paths, path, shadows) {
         return;
@@ -87,7 +87,7 @@ pub(super) fn shade<const MEDIA: bool>(
     }
     // Layers want more of the first surface than plain facets tell.
     let wants_first = context.wants_layers && paths.progress[path].depth == 1;
-    if !MEDIA && !wants_first && diffuse.take_facet(context, strategy, paths, path, shadows) {
+    if !MEDIA && !wants_first && groups.take_facet(context, strategy, paths, path, shadows) {
         return;
     }
     let point = context.scene.surface_point(&ray, &hit);
@@ -111,8 +111,8 @@ pub(super) fn shade<const MEDIA: bool>(
         paths.progress[path].alive = false;
         return;
     }
-    if !MEDIA && let Some(vertex) = vertex.as_diffuse() {
-        diffuse.take(context, strategy, paths, path, &vertex, shadows);
+    if !MEDIA && let Some(vertex) = vertex.for_lanes() {
+        groups.take(context, strategy, paths, path, &vertex, shadows);
         return;
     }
     if strategy != Strategy::Bsdf && !vertex.bsdf.is_delta() {
@@ -174,27 +174,28 @@ impl<'a> Vertex<'a> {
         Self { point, bsdf, frame, wo, local_wo, horizon }
     }
 
-    /// The vertex for [`Diffuse`], if it is of those.
+    /// The vertex for [`Groups`], if it goes in lanes.
     #[inline]
-    fn as_diffuse(&self) -> Option<DiffuseVertex> {
-        let Bsdf::Diffuse(_) = self.bsdf else { return None };
-        if self.bsdf.transmits() || self.bsdf.is_delta() || self.horizon.is_rough() {
-            return None;
-        }
+    fn for_lanes(&self) -> Option<(SurfaceVertex, InLanes)> {
+        let bsdf = self.bsdf.in_lanes()?;
         let (offset, skip) = match self.horizon.lifted {
             Some(_) => (0.0, PrimitiveId::NONE),
             None => (self.point.offset, self.point.id),
         };
-        Some(DiffuseVertex {
+        let vertex = SurfaceVertex {
             position: self.gathers_at(),
             offset,
             skip,
+            beyond: self.point.position,
+            beyond_offset: self.point.offset,
+            beyond_skip: self.point.id,
             geometric_normal: self.point.geometric_normal,
             shading_normal: self.point.shading_normal,
             base: self.horizon.base(),
+            roughness: self.horizon.roughness(),
             wo: self.wo,
-            albedo: self.bsdf.albedo(),
-        })
+        };
+        Some((vertex, bsdf))
     }
 
     /// True if shading and geometric normal agree on which side `wi` is.

@@ -2,8 +2,8 @@
 
 use super::{
     Integrator,
-    diffuse::Diffuse,
     enclosure::bodies_along,
+    lanes::Groups,
     paths::{Paths, SampleId},
     shade::{self, Strategy},
     shadow::ShadowQueue,
@@ -55,7 +55,7 @@ pub(crate) struct Wave {
     capacity: usize,
     paths: Paths,
     shadows: ShadowQueue,
-    diffuse: Diffuse,
+    groups: Groups,
 }
 
 impl Wave {
@@ -64,7 +64,7 @@ impl Wave {
             capacity,
             paths: Paths::with_capacity(capacity),
             shadows: ShadowQueue::with_capacity(capacity),
-            diffuse: Diffuse::new(),
+            groups: Groups::new(),
         }
     }
 
@@ -138,20 +138,20 @@ impl Wave {
         }
         for path in 0..self.paths.len() {
             let depth = self.paths.progress[path].depth;
-            shade::shade::<false>(context, strategy, &mut self.paths, path, &mut self.shadows, &mut self.diffuse);
+            shade::shade::<false>(context, strategy, &mut self.paths, path, &mut self.shadows, &mut self.groups);
             if context.wants_direct && depth == 2 {
                 // What the second edge found is in; light samples of its end are on their way, and longer.
                 self.paths.direct[path] = self.paths.radiance[path];
             }
         }
-        self.diffuse.finish(context, strategy, &mut self.paths, &mut self.shadows);
+        self.groups.finish(context, strategy, &mut self.paths, &mut self.shadows);
     }
 
     fn shade_within_media(&mut self, context: &Context, strategy: Strategy) {
         for path in 0..self.paths.len() {
             let depth = self.paths.progress[path].depth;
             let before = self.paths.radiance[path];
-            shade::shade::<true>(context, strategy, &mut self.paths, path, &mut self.shadows, &mut self.diffuse);
+            shade::shade::<true>(context, strategy, &mut self.paths, path, &mut self.shadows, &mut self.groups);
             if context.wants_direct && depth <= 2 {
                 // Edges in several media come in pieces, between which longer ways of light arrive.
                 let found = self.paths.radiance[path] - before;

@@ -6,12 +6,11 @@ use super::{
     interiors::Interiors,
 };
 use crate::{
-    bsdf::Bsdf,
+    bsdf::{Bsdf, InLanes},
     light::{LightTable, LightTableError},
     material::Material,
     math::{DAffine3, DMat3, DVec3, Vec3},
     medium::MediumError,
-    spectrum::Spectrum,
     surface::MeshData,
 };
 use etendue_accel::{
@@ -130,7 +129,7 @@ impl Scene {
             center,
             is_large,
             placements,
-            albedos: parts.materials.iter().map(plain_albedo).collect(),
+            facets: parts.materials.iter().map(plain_facets).collect(),
             bsdfs: parts.materials.iter().map(plain_bsdf).collect(),
             rectangles: super::rectangle_frames(&lights, &varied),
             lights: LightTable::new(lights, f64::from(radius))?,
@@ -146,11 +145,10 @@ impl Scene {
     }
 }
 
-/// The albedo of a material that does nothing but reflect diffusely, alike everywhere.
-fn plain_albedo(material: &Material) -> Option<Spectrum> {
-    let bsdf = plain_bsdf(material).filter(|bsdf| matches!(bsdf, Bsdf::Diffuse(_)))?;
-    let reflects = !bsdf.transmits() && !bsdf.is_delta();
-    (reflects && material.is_opaque() && material.emission.is_none()).then(|| bsdf.albedo())
+/// What flat faces of a material scatter like, if they do it in lanes and nothing else is to be known about them.
+fn plain_facets(material: &Material) -> Option<InLanes> {
+    let is_plain = material.is_opaque() && material.emission.is_none();
+    plain_bsdf(material).filter(|_| is_plain)?.in_lanes()
 }
 
 /// The BSDF of a material that is the same everywhere.

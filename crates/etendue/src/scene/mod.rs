@@ -13,7 +13,7 @@ pub(crate) use interiors::{BodyStack, Interiors, Meeting, is_entering};
 pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
 
 use crate::{
-    bsdf::Bsdf,
+    bsdf::{Bsdf, InLanes},
     light::{Light, LightCircle, LightContext, LightSample, LightTable, RectangleFrame, Selected},
     material::Material,
     math::{DVec3, Frame, Vec2, Vec3},
@@ -142,8 +142,8 @@ pub struct Scene {
     materials: Vec<Material>,
     /// Of materials without textures and relief.
     bsdfs: Vec<Option<Bsdf>>,
-    /// Of materials that do nothing but reflect diffusely, alike everywhere.
-    albedos: Vec<Option<Spectrum>>,
+    /// Of materials that are opaque, dark, and scatter alike everywhere in a way that goes in lanes.
+    facets: Vec<Option<InLanes>>,
     lights: LightTable,
     varied: VariedLights,
     rectangles: Vec<Option<Box<RectangleFrame>>>,
@@ -261,18 +261,18 @@ impl Scene {
         }
     }
 
-    /// The corners of the facet that was hit and its albedo, where that says all about the surface: flat, opaque, and
-    /// diffuse alike everywhere.
+    /// The corners of the facet that was hit and how it scatters, where that says all about the surface: flat, opaque, dark, and
+    /// alike everywhere.
     #[inline]
-    pub(crate) fn plain_facet(&self, hit: &Hit) -> Option<([Vec3; 3], Spectrum)> {
+    pub(crate) fn plain_facet(&self, hit: &Hit) -> Option<([Vec3; 3], &InLanes)> {
         let placement = &self.placements[hit.id.instance as usize];
         let Primitives::Mesh(mesh) = &placement.primitives else { return None };
         if !placement.is_flat {
             return None;
         }
-        let albedo = self.albedos[placement.material(hit.id.primitive) as usize]?;
+        let bsdf = self.facets[placement.material(hit.id.primitive) as usize].as_ref()?;
         let [a, b, c] = mesh.indices[hit.id.primitive as usize];
-        Some(([mesh.corner(a), mesh.corner(b), mesh.corner(c)], albedo))
+        Some(([mesh.corner(a), mesh.corner(b), mesh.corner(c)], bsdf))
     }
 
     /// The full surface point of a hit that `ray` made.
