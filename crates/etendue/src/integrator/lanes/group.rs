@@ -43,16 +43,15 @@ pub(super) struct Vertices {
     pub eta: Numbers,
     /// 1 where roulette is played, else 0.
     pub plays: [u32; LANES],
-    /// True if light from below counts too, the same for all lanes.
-    pub transmits: bool,
 }
 
 impl Vertices {
+    /// `transmits`: light from below counts too.
     #[inline(always)]
-    pub fn light_context(&self, i: usize) -> LightContext {
+    pub fn light_context(&self, i: usize, transmits: bool) -> LightContext {
         let (normal, wo) = (self.shading_normal.get(i), self.wo.get(i));
         let side = if wo.dot(normal) < 0.0 { -1.0 } else { 1.0 };
-        LightContext { point: self.position.get(i), normal: normal * side, transmits: self.transmits }
+        LightContext { point: self.position.get(i), normal: normal * side, transmits }
     }
 }
 
@@ -84,6 +83,8 @@ pub(super) struct Lanes {
     pub len: usize,
     /// True if all vertices are pushed as facets, false if none is.
     flat: bool,
+    /// True if light from below counts too. Outside of what loops over lanes read: copied before.
+    pub transmits: bool,
     pub facets: Facets,
     path: [u32; LANES],
     skip: [PrimitiveId; LANES],
@@ -104,6 +105,7 @@ impl Lanes {
         Box::new(Self {
             len: 0,
             flat,
+            transmits,
             facets: Facets { corners: [vectors; 3], weights: [numbers; 2] },
             path: flags,
             skip: [PrimitiveId::NONE; LANES],
@@ -122,7 +124,6 @@ impl Lanes {
                 throughput: vectors,
                 eta: numbers,
                 plays: flags,
-                transmits,
             },
             numbers: [numbers; MOST_NUMBERS],
             drawn: Drawn {
@@ -253,7 +254,7 @@ impl Lanes {
             let is_discrete = onward.discrete[i] != 0;
             let density = if is_discrete { Density::Discrete } else { Density::SolidAngle }(onward.density[i]);
             paths.throughput[path] = throughput;
-            paths.previous[path] = Previous { context: self.vertices.light_context(i), density };
+            paths.previous[path] = Previous { context: self.vertices.light_context(i, self.transmits), density };
             if context.scene.filters_textures() {
                 paths.cones[path] = paths.cones[path].scattered(density);
             }

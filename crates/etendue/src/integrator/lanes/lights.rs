@@ -72,7 +72,7 @@ impl Lanes {
     pub fn choose_lights(&mut self, context: &Context) {
         let lights = context.scene.lights();
         for i in 0..self.len {
-            let chosen = lights.select(&self.vertices.light_context(i), self.drawn.select[i]);
+            let chosen = lights.select(&self.vertices.light_context(i, self.transmits), self.drawn.select[i]);
             let to = &mut self.lights;
             to.index[i] = chosen.map_or(NO_LIGHT, |chosen| chosen.index);
             to.probability[i] = chosen.map_or(0.0, |chosen| chosen.probability);
@@ -100,7 +100,7 @@ impl Lanes {
     }
 
     fn sample_light(&mut self, context: &Context, i: usize) {
-        let at = self.vertices.light_context(i);
+        let at = self.vertices.light_context(i, self.transmits);
         let place = [self.drawn.place[0][i], self.drawn.place[1][i]];
         let chosen = Selected { index: self.lights.index[i], probability: self.lights.probability[i] };
         let sample = context.scene.sample_chosen_light(&at, chosen, place);
@@ -134,9 +134,10 @@ impl Kernel for Rectangle<'_> {
         let n = self.lanes.whole();
         // Copies, so that nothing in the loop can be thought to change them.
         let (frame, chosen, radiance) = (*self.frame, self.index, Vec3::from_array(self.radiance.0));
+        let transmits = self.lanes.transmits;
         let Lanes { lights, vertices, drawn, .. } = self.lanes;
         for i in 0..n {
-            let view = frame.view(&vertices.light_context(i));
+            let view = frame.view(&vertices.light_context(i, transmits));
             let point = frame.sample(&view, [drawn.place[0][i], drawn.place[1][i]]);
             let is_valid = point.is_valid & (point.density * lights.probability[i] > 0.0);
             let found = if is_valid { Lit::Continuous as u32 } else { Lit::No as u32 };
