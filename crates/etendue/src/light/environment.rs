@@ -29,9 +29,15 @@ pub(super) fn sample_direction(ctx: &LightContext, u: [f32; 2]) -> Option<(Vec3,
     if !one_sided(ctx) {
         return Some((warp::uniform_sphere(u), warp::UNIFORM_SPHERE_PDF));
     }
-    let wi = Frame::from_normal(ctx.normal).to_world(warp::cosine_hemisphere(u));
-    let density = direction_pdf(ctx, wi);
+    let (wi, density) = sample_above(ctx.normal, u);
     (density > 0.0).then_some((wi, density))
+}
+
+/// [`sample_direction`] on the side of a normal, where the density may be 0. Without branches.
+#[inline(always)]
+pub(crate) fn sample_above(normal: Vec3, u: [f32; 2]) -> (Vec3, f32) {
+    let wi = Frame::from_normal(normal).to_world(warp::cosine_hemisphere(u));
+    (wi, warp::cosine_hemisphere_pdf(normal.dot(wi)))
 }
 
 /// Density per solid angle of [`sample_direction`].

@@ -43,9 +43,11 @@ mod triangle;
 pub use circle::{Arcs, LightCircle};
 pub use directional::DirectionalLight;
 pub use environment::ConstantEnvironment;
+pub(crate) use environment::sample_above;
+pub(crate) use planar::DrawnPoint;
 pub use point::PointLightSource;
-pub(crate) use rectangle::RectangleFrame;
 pub use rectangle::RectangleLight;
+pub(crate) use rectangle::{RectangleFrame, RectangleView};
 pub use sky::{ImageEnvironment, MAX_MAP_TEXELS, RadianceMap, RadianceMapError};
 pub use sphere::SphereLight;
 pub use spot::SpotLight;
@@ -53,6 +55,7 @@ pub use sun_sky::SunSky;
 pub use table::{LightTable, LightTableError, MAX_LIGHTS};
 pub use tree::Selected;
 pub use triangle::TriangleLight;
+pub(crate) use triangle::TriangleView;
 
 use crate::{
     bsdf::Density,

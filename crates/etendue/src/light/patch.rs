@@ -5,7 +5,7 @@
 //! from which points are drawn at little cost (Hart et al., "Practical Product Sampling by Fitting and Composing Warps", 2020).
 //! So what is left to the weight is less than with points that are uniform in solid angle, and takes no angles at all.
 
-use super::{LightContext, between, larger, planar::Facing};
+use super::{LightContext, between, larger};
 use crate::math::{DVec3, Vec3};
 
 /// Least square of the distance from a parallelogram's middle, over that of its diagonal.
@@ -55,12 +55,11 @@ impl Patch {
         (Self { weights: Some(weights), ..patch }, usable & (least > 0.0))
     }
 
-    /// As [`Self::parallelogram`], of the triangle between a corner and the ends of `u` and `v`; `None` where it is too near.
-    #[inline]
-    pub fn triangle(facing: &Facing, corner: DVec3, u: DVec3, v: DVec3) -> Option<Self> {
-        let longest = u.length_squared().max(v.length_squared()).max((v - u).length_squared());
-        let (patch, usable) = Self::new(facing.height(), corner, u, v, corner, longest * VERY_FAR);
-        usable.then_some(patch)
+    /// As [`Self::parallelogram`], of the triangle between a corner and the ends of `u` and `v`.
+    #[inline(always)]
+    pub fn triangle(height: f64, corner: DVec3, u: DVec3, v: DVec3) -> (Self, bool) {
+        let longest = larger(u.length_squared(), larger(v.length_squared(), (v - u).length_squared()));
+        Self::new(height, corner, u, v, corner, longest * VERY_FAR)
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! What flat lights share: which side the context is on, and the lifted target.
 
-use super::{LightContext, LightSample, finite_density, margin, max_abs};
+use super::{LightContext, LightSample, is_usable, larger, margin, max_abs};
 use crate::{
     bsdf::Density,
     math::{DVec3, Vec3},
@@ -8,6 +8,7 @@ use crate::{
 };
 
 /// A flat light as seen from a context on an emitting side of it, farther from its plane than the margin.
+#[derive(Clone, Copy)]
 pub(super) struct Facing {
     /// The context.
     point: DVec3,
@@ -23,48 +24,94 @@ impl Facing {
     /// `cross` is along the front's normal, of any length. `None` if the light shows no emitting side, if the context is
     /// in its plane, or if anything is degenerate.
     #[inline]
-    pub(super) fn new(ctx: &LightContext, corners: &[DVec3], cross: DVec3, two_sided: bool) -> Option<Self> {
+    pub(super) fn new<const N: usize>(
+        ctx: &LightContext,
+        corners: &[DVec3; N],
+        cross: DVec3,
+        two_sided: bool,
+    ) -> Option<Self> {
+        let (facing, is_seen) = Self::look(ctx, corners, cross, two_sided);
+        is_seen.then_some(facing)
+    }
+
+    /// As [`Self::new`], false for `None`. Without branches.
+    #[inline(always)]
+    pub(super) fn look<const N: usize>(
+        ctx: &LightContext,
+        corners: &[DVec3; N],
+        cross: DVec3,
+        two_sided: bool,
+    ) -> (Self, bool) {
         let point = ctx.point.as_dvec3();
         let front = cross / cross.length();
         let mut coordinate = max_abs(point);
         let mut distance = 0.0f64;
         for &corner in corners {
-            coordinate = coordinate.max(max_abs(corner));
-            distance = distance.max(max_abs(corner - point));
+            coordinate = larger(max_abs(corner), coordinate);
+            distance = larger(max_abs(corner - point), distance);
         }
         let margin = margin(coordinate, distance);
-        let height = front.dot(point - corners[0]);
-        if height > margin {
-            Some(Self { point, normal: front, height, margin })
-        } else if two_sided && height < -margin {
-            Some(Self { point, normal: -front, height: -height, margin })
-        } else {
-            None
-        }
+        let over = front.dot(point - corners[0]);
+        let side = 1f64.copysign(over);
+        let height = over * side;
+        let is_seen = (height > margin) & ((over > 0.0) | two_sided);
+        (Self { point, normal: front * side, height, margin }, is_seen)
     }
 
     /// Height of the context over the plane, metres, above 0.
-    #[inline]
+    #[inline(always)]
     pub(super) fn height(&self) -> f64 {
         self.height
     }
 
-    /// A sample at `offset` from the context, drawn with `density` per solid angle; `at` as in [`LightSample`].
-    #[inline]
-    pub(super) fn sample(&self, offset: DVec3, at: [f64; 2], density: f64, radiance: Spectrum) -> Option<LightSample> {
-        let density = finite_density(density)?;
-        let length = offset.length();
-        if !(length > 0.0 && length.is_finite()) {
-            return None;
-        }
-        let wi = (offset / length).as_vec3();
-        let at = at.map(|a| a as f32);
-        Some(LightSample { wi, at, target: Some(self.target(offset)), radiance, density: Density::SolidAngle(density) })
+    /// The point at `offset` from the context, drawn with `density` per solid angle; `at` as in [`LightSample`].
+    #[inline(always)]
+    pub(super) fn draw(&self, offset: DVec3, at: [f64; 2], density: f64) -> DrawnPoint {
+        DrawnPoint::new(offset, self.target(offset), at, density)
     }
 
     /// The end of a shadow ray to the point at `offset` from the context.
-    #[inline]
+    #[inline(always)]
     pub(super) fn target(&self, offset: DVec3) -> Vec3 {
         (self.point + offset + self.normal * self.margin).as_vec3()
+    }
+}
+
+/// A point drawn on a flat light; see [`LightSample`].
+#[derive(Clone, Copy)]
+pub(crate) struct DrawnPoint {
+    pub wi: Vec3,
+    pub target: Vec3,
+    pub at: [f32; 2],
+    pub density: f32,
+    /// False if the numbers are out of range, which counts as no sample.
+    pub is_valid: bool,
+}
+
+impl DrawnPoint {
+    /// The point at `offset` from the context, drawn with `density` per solid angle.
+    #[inline(always)]
+    pub(super) fn new(offset: DVec3, target: Vec3, at: [f64; 2], density: f64) -> Self {
+        let length = offset.length();
+        Self {
+            wi: (offset / length).as_vec3(),
+            target,
+            at: [at[0] as f32, at[1] as f32],
+            density: density as f32,
+            is_valid: is_usable(density) & (length > 0.0) & (length < f64::INFINITY),
+        }
+    }
+
+    /// The sample, if there is one.
+    #[inline(always)]
+    pub(super) fn sample(&self, radiance: Spectrum) -> Option<LightSample> {
+        let Self { wi, target, at, density, is_valid } = *self;
+        is_valid.then_some(LightSample {
+            wi,
+            at,
+            target: Some(target),
+            radiance,
+            density: Density::SolidAngle(density),
+        })
     }
 }

@@ -1,11 +1,14 @@
 //! Emissive rectangles and parallelograms.
 
 use super::{
-    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, between, circle::edge_planes, finite_density,
-    is_usable, larger, margin, max_abs, patch::Patch, planar::Facing, spherical::SphericalTriangle,
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, between,
+    circle::edge_planes,
+    finite_density, larger, margin, max_abs,
+    patch::Patch,
+    planar::{DrawnPoint, Facing},
+    spherical::SphericalTriangle,
 };
 use crate::{
-    bsdf::Density,
     math::{DVec3, Vec3, atan2_wide, dvec3, sin_cos_wide},
     spectrum::Spectrum,
 };
@@ -82,7 +85,7 @@ impl Emitter for RectangleLight {
 
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
-        let frame = RectangleFrame::new(self);
+        let frame = RectangleFrame::of(self);
         let view = frame.view(ctx);
         if !view.is_seen {
             return None;
@@ -94,18 +97,12 @@ impl Emitter for RectangleLight {
             let (offset, at) = pair.sample(u.map(f64::from));
             view.draw(offset, at, 1.0 / pair.solid_angle)
         };
-        drawn.is_valid.then_some(LightSample {
-            wi: drawn.wi,
-            at: drawn.at,
-            target: Some(drawn.target),
-            radiance: self.radiance,
-            density: Density::SolidAngle(drawn.density),
-        })
+        drawn.sample(self.radiance)
     }
 
     #[inline]
     fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
-        let view = RectangleFrame::new(self).view(ctx);
+        let view = RectangleFrame::of(self).view(ctx);
         let density = match view {
             _ if !view.is_seen => return 0.0,
             _ if view.is_patch => view.patch.pdf(wi),
@@ -202,17 +199,6 @@ pub(crate) struct RectangleView {
     is_mapped: bool,
 }
 
-/// A point drawn on a rectangle; see [`LightSample`].
-#[derive(Clone, Copy)]
-pub(crate) struct DrawnPoint {
-    pub wi: Vec3,
-    pub target: Vec3,
-    pub at: [f32; 2],
-    pub density: f32,
-    /// False if the numbers are out of range, which counts as no sample.
-    pub is_valid: bool,
-}
-
 impl RectangleFrame {
     /// True if it has a map at all, which other parallelograms have not.
     #[inline]
@@ -221,8 +207,14 @@ impl RectangleFrame {
     }
 
     #[inline]
-    pub fn new(light: &RectangleLight) -> Self {
-        let (corner, u, v) = (light.corner.as_dvec3(), light.u.as_dvec3(), light.v.as_dvec3());
+    pub fn of(light: &RectangleLight) -> Self {
+        Self::new([light.corner, light.u, light.v], light.two_sided)
+    }
+
+    /// From the corner and the edges.
+    #[inline(always)]
+    pub fn new([corner, u, v]: [Vec3; 3], two_sided: bool) -> Self {
+        let (corner, u, v) = (corner.as_dvec3(), u.as_dvec3(), v.as_dvec3());
         let corners = [corner, corner + u, corner + v, corner + u + v];
         let width = u.length();
         let x_axis = u / width;
@@ -241,9 +233,12 @@ impl RectangleFrame {
             height,
             low: corners[0].min(corners[1]).min(corners[2]).min(corners[3]),
             high: corners[0].max(corners[1]).max(corners[2]).max(corners[3]),
-            largest: corners.into_iter().map(max_abs).fold(0.0, f64::max),
+            largest: larger(
+                larger(max_abs(corners[0]), max_abs(corners[1])),
+                larger(max_abs(corners[2]), max_abs(corners[3])),
+            ),
             is_rectangle: cosine <= RIGHT_ANGLE,
-            two_sided: light.two_sided,
+            two_sided,
         }
     }
 
@@ -329,14 +324,7 @@ impl RectangleView {
     /// The point at `offset` from the context, `at` these multiples of the edges.
     #[inline(always)]
     fn draw(&self, offset: DVec3, at: [f64; 2], density: f64) -> DrawnPoint {
-        let length = offset.length();
-        DrawnPoint {
-            wi: (offset / length).as_vec3(),
-            target: (self.point + offset + self.lift).as_vec3(),
-            at: [at[0] as f32, at[1] as f32],
-            density: density as f32,
-            is_valid: is_usable(density) & (length > 0.0) & (length < f64::INFINITY),
-        }
+        DrawnPoint::new(offset, (self.point + offset + self.lift).as_vec3(), at, density)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Spherical triangles: solid angle, and uniform sampling.
 
-use crate::math::DVec3;
+use super::larger;
+use crate::math::{DVec3, atan2_wide, sin_cos_wide};
 
 /// A triangle seen from the origin, with its solid angle.
 ///
@@ -13,6 +14,7 @@ use crate::math::DVec3;
 /// the triangle between edge ab and the arc from b to a point e of edge ac is again a triangle. With h on the half way
 /// from a to e, its solid angle satisfies tan(omega' / 2) = det(a, b, h) / ((a + b).h). For h along x a + y c that is
 /// y g0 / (x g2 + y g1), and omega' = u omega gives x and y; e is a mirrored at h.
+#[derive(Clone, Copy)]
 pub(super) struct SphericalTriangle {
     /// Unit vectors to the vertices.
     directions: [DVec3; 3],
@@ -30,26 +32,26 @@ pub(super) struct SphericalTriangle {
 
 impl SphericalTriangle {
     /// From the vertices relative to the origin and the cross product of two edges, (b - a) x (c - a).
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(vertices: [DVec3; 3], cross: DVec3) -> Self {
-        let distances = vertices.map(|v| v.length());
+        let distances = [vertices[0].length(), vertices[1].length(), vertices[2].length()];
         let directions = [vertices[0] / distances[0], vertices[1] / distances[1], vertices[2] / distances[2]];
         let [a, b, c] = directions;
         // Through the plane's distance: small triangles would cancel in a determinant of unit vectors.
         let g0 = vertices[0].dot(cross).abs() / (distances[0] * distances[1] * distances[2]);
         let g1 = (a + b).dot(c);
         let g2 = 0.5 * (a + b).length_squared();
-        Self { directions, distances, g0, g1, g2, solid_angle: 2.0 * libm::atan2(g0, g1 + g2) }
+        Self { directions, distances, g0, g1, g2, solid_angle: 2.0 * atan2_wide(g0, g1 + g2) }
     }
 
     /// Barycentric weights of a vertex each, summing to 1, of the point that is uniform in solid angle for uniform `u` in
     /// [0, 1)^2.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample(&self, u: [f64; 2]) -> [f64; 3] {
         let [a, b, c] = self.directions;
-        let (sin, cos) = libm::sincos(0.5 * u[0] * self.solid_angle);
+        let (sin, cos) = sin_cos_wide(0.5 * u[0] * self.solid_angle);
         let y = self.g2 * sin;
-        let x = (self.g0 * cos - self.g1 * sin).max(y);
+        let x = larger(self.g0 * cos - self.g1 * sin, y);
         let ac = a.dot(c);
         // e = (e_a a + e_c c), the mirror image of a.
         let norm = x * x + y * y + 2.0 * x * y * ac;
@@ -63,11 +65,11 @@ impl SphericalTriangle {
         let t = (u[1] * (2.0 - u[1] * near) / far).sqrt();
         let e_b = (1.0 - t) + near * (t - u[1]);
         let weights = [
-            (t * e_a).max(0.0) / self.distances[0],
-            e_b.max(0.0) / self.distances[1],
-            (t * e_c).max(0.0) / self.distances[2],
+            larger(t * e_a, 0.0) / self.distances[0],
+            larger(e_b, 0.0) / self.distances[1],
+            larger(t * e_c, 0.0) / self.distances[2],
         ];
         let sum = weights[0] + weights[1] + weights[2];
-        weights.map(|w| w / sum)
+        [weights[0] / sum, weights[1] / sum, weights[2] / sum]
     }
 }

@@ -109,7 +109,7 @@ impl LightTable {
     }
 
     /// Probability that the even environment is chosen.
-    #[inline]
+    #[inline(always)]
     fn even_probability(&self, ctx: &LightContext) -> f32 {
         if ctx.transmits || ctx.normal == Vec3::ZERO { 0.0 } else { self.even_share }
     }
@@ -143,10 +143,27 @@ impl LightTable {
         self.far.binary_search(&index).map_or(0.0, |at| self.far_share * self.selection.probability(at))
     }
 
+    /// The light that [`LightTable::select`] chooses for every surface that light from below does not reach, or for all others, and
+    /// whatever the number, if there is one.
+    #[inline]
+    pub(crate) fn sole(&self, transmits: bool) -> Option<Selected> {
+        let certain = |index| Selected { index, probability: 1.0 };
+        if self.even_share == 1.0 && !transmits {
+            return self.even.map(certain);
+        }
+        if self.even_share > 0.0 || self.far_share > 0.0 { None } else { self.tree.only().map(certain) }
+    }
+
     /// The light for the number `u` in [0, 1), of which 24 bits choose among eight lights: many lights need more. `None` where
     /// no light can bring anything.
     #[inline]
     pub fn select(&self, ctx: &LightContext, u: f64) -> Option<Selected> {
+        self.select_here(ctx, u)
+    }
+
+    /// As [`LightTable::select`], inlined for kernels.
+    #[inline(always)]
+    pub(crate) fn select_here(&self, ctx: &LightContext, u: f64) -> Option<Selected> {
         let even = self.even_probability(ctx);
         if u < f64::from(even) {
             return Some(Selected { index: self.even?, probability: even });
@@ -161,7 +178,7 @@ impl LightTable {
         self.select_near(ctx, (u - share) / (1.0 - share), (1.0 - even) * (1.0 - self.far_share))
     }
 
-    #[inline]
+    #[inline(always)]
     fn select_near(&self, gathers: &impl Gathers, u: f64, share: f32) -> Option<Selected> {
         let selected = self.tree.select(gathers, u)?;
         Some(Selected { probability: share * selected.probability, ..selected })

@@ -1,11 +1,15 @@
 //! Emissive triangles.
 
 use super::{
-    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, circle::edge_planes, finite_density, patch::Patch,
-    planar::Facing, spherical::SphericalTriangle,
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached,
+    circle::edge_planes,
+    finite_density,
+    patch::Patch,
+    planar::{DrawnPoint, Facing},
+    spherical::SphericalTriangle,
 };
 use crate::{
-    math::{DVec3, Vec3},
+    math::{DVec3, Vec3, vec3},
     spectrum::Spectrum,
 };
 
@@ -20,32 +24,77 @@ pub struct TriangleLight {
     pub two_sided: bool,
 }
 
-/// How the light looks from a context.
-enum View {
-    Patch(Patch),
-    /// With the vertices relative to the context.
-    Spherical(SphericalTriangle, [DVec3; 3]),
+/// A triangle as seen from a context. Its functions have no branches, so that loops over many become vector code.
+#[derive(Clone, Copy)]
+pub(crate) struct TriangleView {
+    facing: Facing,
+    /// True if the context sees an emitting side, and is farther from the plane than the margin.
+    pub is_seen: bool,
+    patch: Patch,
+    /// True if the light is far enough to be sampled as a patch.
+    is_patch: bool,
+    /// The corners relative to the context.
+    relative: [DVec3; 3],
+    cross: DVec3,
+}
+
+impl TriangleView {
+    #[inline(always)]
+    pub fn new(vertices: [Vec3; 3], two_sided: bool, ctx: &LightContext) -> Self {
+        let vertices = [vertices[0].as_dvec3(), vertices[1].as_dvec3(), vertices[2].as_dvec3()];
+        let cross = TriangleLight::cross(vertices);
+        let (facing, is_seen) = Facing::look(ctx, &vertices, cross, two_sided);
+        let point = ctx.point.as_dvec3();
+        let relative = [vertices[0] - point, vertices[1] - point, vertices[2] - point];
+        let [a, b, c] = relative;
+        let (patch, is_patch) = Patch::triangle(facing.height(), a, b - a, c - a);
+        Self { facing, is_seen, patch, is_patch, relative, cross }
+    }
+
+    /// The point for `u` in [0, 1)^2, both ways and then one of them.
+    #[inline(always)]
+    pub fn sample(&self, u: [f32; 2]) -> DrawnPoint {
+        let (far, near) = (self.sample_patch(u), self.sample_sphere(u));
+        let pick = |far: f32, near: f32| if self.is_patch { far } else { near };
+        let pick3 = |far: Vec3, near: Vec3| vec3(pick(far.x, near.x), pick(far.y, near.y), pick(far.z, near.z));
+        DrawnPoint {
+            wi: pick3(far.wi, near.wi),
+            target: pick3(far.target, near.target),
+            at: [pick(far.at[0], near.at[0]), pick(far.at[1], near.at[1])],
+            density: pick(far.density, near.density),
+            is_valid: if self.is_patch { far.is_valid } else { near.is_valid },
+        }
+    }
+
+    #[inline(always)]
+    fn sample_patch(&self, u: [f32; 2]) -> DrawnPoint {
+        let (offset, at, density) = self.patch.sample([f64::from(u[0]), f64::from(u[1])]);
+        self.facing.draw(offset, at, density)
+    }
+
+    #[inline(always)]
+    fn sample_sphere(&self, u: [f32; 2]) -> DrawnPoint {
+        let (triangle, [a, b, c]) = (self.spherical(), self.relative);
+        let w = triangle.sample([f64::from(u[0]), f64::from(u[1])]);
+        self.facing.draw(w[0] * a + w[1] * b + w[2] * c, [w[1], w[2]], 1.0 / triangle.solid_angle)
+    }
+
+    #[inline(always)]
+    fn spherical(&self) -> SphericalTriangle {
+        SphericalTriangle::new(self.relative, self.cross)
+    }
 }
 
 impl TriangleLight {
-    #[inline]
+    #[inline(always)]
     fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
         (b - a).cross(c - a)
     }
 
     #[inline]
-    fn view(&self, ctx: &LightContext) -> Option<(Facing, View)> {
-        let vertices = self.vertices.map(|v| v.as_dvec3());
-        let cross = Self::cross(vertices);
-        let facing = Facing::new(ctx, &vertices, cross, self.two_sided)?;
-        let point = ctx.point.as_dvec3();
-        let relative = vertices.map(|v| v - point);
-        let [a, b, c] = relative;
-        let view = match Patch::triangle(&facing, a, b - a, c - a) {
-            Some(patch) => View::Patch(patch),
-            None => View::Spherical(SphericalTriangle::new(relative, cross), relative),
-        };
-        Some((facing, view))
+    fn view(&self, ctx: &LightContext) -> Option<TriangleView> {
+        let view = TriangleView::new(self.vertices, self.two_sided, ctx);
+        view.is_seen.then_some(view)
     }
 }
 
@@ -74,25 +123,15 @@ impl Emitter for TriangleLight {
 
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
-        let (facing, view) = self.view(ctx)?;
-        let u = u.map(f64::from);
-        let (offset, at, density) = match view {
-            View::Patch(patch) => patch.sample(u),
-            View::Spherical(triangle, [a, b, c]) => {
-                let w = triangle.sample(u);
-                (w[0] * a + w[1] * b + w[2] * c, [w[1], w[2]], 1.0 / triangle.solid_angle)
-            }
-        };
-        facing.sample(offset, at, density, self.radiance)
+        let view = self.view(ctx)?;
+        let drawn = if view.is_patch { view.sample_patch(u) } else { view.sample_sphere(u) };
+        drawn.sample(self.radiance)
     }
 
     #[inline]
     fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
-        let Some((_, view)) = self.view(ctx) else { return 0.0 };
-        let density = match view {
-            View::Patch(patch) => patch.pdf(wi),
-            View::Spherical(triangle, _) => 1.0 / triangle.solid_angle,
-        };
+        let Some(view) = self.view(ctx) else { return 0.0 };
+        let density = if view.is_patch { view.patch.pdf(wi) } else { 1.0 / view.spherical().solid_angle };
         finite_density(density).unwrap_or(0.0)
     }
 

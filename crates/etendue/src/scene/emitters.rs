@@ -124,6 +124,7 @@ impl VariedLights {
     }
 
     /// True if light `index` varies.
+    #[inline]
     pub fn contains(&self, index: u32) -> bool {
         self.find(index).is_some()
     }

@@ -128,7 +128,7 @@ fn rectangle_frames(lights: &[Light], varied: &VariedLights) -> Vec<Option<Box<R
     let count = lights.iter().rposition(is_rectangle).map_or(0, |last| last + 1);
     let frame = |(index, light): (usize, &Light)| match light {
         Light::Rectangle(rectangle) if !varied.contains(index as u32) => {
-            Some(RectangleFrame::new(rectangle)).filter(RectangleFrame::has_map).map(Box::new)
+            Some(RectangleFrame::of(rectangle)).filter(RectangleFrame::has_map).map(Box::new)
         }
         _ => None,
     };
@@ -187,11 +187,16 @@ impl Scene {
         Some(self.varied.look_up(&self.placements, &self.materials, chosen.index, sample))
     }
 
-    /// What is constant about light `index` and its radiance, if it is a rectangle whose emission has no texture.
+    /// What is constant about light `index`, if it is a rectangle whose emission has no texture.
     #[inline]
-    pub(crate) fn uniform_rectangle(&self, index: u32) -> Option<(&RectangleFrame, Spectrum)> {
-        let frame = self.rectangles.get(index as usize)?.as_deref()?;
-        Some((frame, self.lights.lights()[index as usize].radiance()))
+    pub(crate) fn uniform_rectangle(&self, index: u32) -> Option<&RectangleFrame> {
+        self.rectangles.get(index as usize)?.as_deref()
+    }
+
+    /// Light `index`, if its radiance has no texture.
+    #[inline]
+    pub(crate) fn uniform_light(&self, index: u32) -> Option<&Light> {
+        self.lights.lights().get(index as usize).filter(|_| !self.varied.contains(index))
     }
 
     /// A direction of a circle towards a light, as [`LightTable::sample_circle`], with the radiance at the sampled point.

@@ -3,7 +3,7 @@
 
 use super::{
     SurfaceVertex,
-    lights::LightSamples,
+    lights::{FlatLights, LightSamples},
     numbers::{Numbers, Vectors},
     stages::{Draw, Gather, Place, Scatter},
 };
@@ -95,6 +95,7 @@ pub(super) struct Lanes {
     pub numbers: [Numbers; MOST_NUMBERS],
     pub drawn: Drawn,
     pub lights: LightSamples,
+    pub flat_lights: FlatLights,
     pub onward: Onward,
 }
 
@@ -134,6 +135,7 @@ impl Lanes {
                 roulette: numbers,
             },
             lights: LightSamples::NONE,
+            flat_lights: FlatLights::NONE,
             onward: Onward {
                 origin: vectors,
                 direction: vectors,

@@ -8,14 +8,13 @@ use super::{
 use crate::{
     bsdf::{Density, LANES},
     integrator::wave::Context,
-    light::{LightSample, RectangleFrame, Selected},
+    light::{
+        DrawnPoint, Light, LightSample, LightTable, RectangleFrame, RectangleView, Selected, TriangleView, sample_above,
+    },
     math::{Vec3, vec3},
     spectrum::Spectrum,
 };
 use etendue_accel::{Kernel, run};
-
-/// Fewest lanes for which a light's own vector code is run; fewer are sampled one by one.
-const FEWEST: usize = 6;
 
 const NO_LIGHT: u32 = u32::MAX;
 
@@ -68,35 +67,111 @@ impl LightSamples {
     };
 }
 
+/// Flat lights that lanes have chosen, each its own.
+pub(super) struct FlatLights {
+    /// The corners of a triangle; the corner and the edges of a rectangle.
+    shape: [Vectors; 3],
+    /// A [`Kind`].
+    kind: [u32; LANES],
+    two_sided: [u32; LANES],
+}
+
+impl FlatLights {
+    pub const NONE: Self = Self { shape: [Vectors::ZERO; 3], kind: [Kind::Other as u32; LANES], two_sided: [0; LANES] };
+}
+
+/// Kinds of lights with vector code of their own.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+enum Kind {
+    Other,
+    Triangle,
+    Rectangle,
+    Sky,
+}
+
 impl Lanes {
     pub fn choose_lights(&mut self, context: &Context) {
         let lights = context.scene.lights();
+        let Some(sole) = lights.sole(self.transmits) else {
+            run(context.scene.accelerator().isa(), Choose { lanes: self, lights });
+            return;
+        };
+        let to = &mut self.lights;
         for i in 0..self.len {
-            let chosen = lights.select(&self.vertices.light_context(i, self.transmits), self.drawn.select[i]);
-            let to = &mut self.lights;
-            to.index[i] = chosen.map_or(NO_LIGHT, |chosen| chosen.index);
-            to.probability[i] = chosen.map_or(0.0, |chosen| chosen.probability);
-            to.lit[i] = if chosen.is_some() { Lit::Ask } else { Lit::No } as u32;
+            to.index[i] = sole.index;
+            to.probability[i] = sole.probability;
+            to.lit[i] = Lit::Ask as u32;
         }
     }
 
     pub fn sample_lights(&mut self, context: &Context) {
         let isa = context.scene.accelerator().isa();
-        for i in 0..self.len {
-            let index = self.lights.index[i];
-            let Some((frame, radiance)) = context.scene.uniform_rectangle(index) else { continue };
-            let (before, rest) = self.lights.index[..self.len].split_at(i);
-            let count = rest.iter().filter(|other| **other == index).count();
-            if count >= FEWEST && !before.contains(&index) {
-                run(isa, Rectangle { lanes: self, frame, radiance, index });
+        let [triangles, rectangles, skies] = self.look_at_lights(context);
+        // Where only few want it, vector code costs more than it saves.
+        let pays = |count: usize| count * 8 >= self.len;
+        let [triangles, rectangles, skies] = [pays(triangles), pays(rectangles), pays(skies)];
+        if triangles {
+            run(isa, Triangles { lanes: self });
+        }
+        if rectangles {
+            match self.shared_rectangle(context) {
+                Some(frame) => run(isa, Rectangle { lanes: self, frame }),
+                None => run(isa, Rectangles { lanes: self }),
             }
         }
-        // Those that share a light with few, and those for which a rectangle's map is not good enough.
+        if skies {
+            run(isa, Sky { lanes: self });
+        }
+        // Those of other kinds, and those for which a rectangle's map is not good enough.
         for i in 0..self.len {
             if self.lights.lit[i] == Lit::Ask as u32 {
                 self.sample_light(context, i);
             }
         }
+    }
+
+    /// Fetches what is to be known of the chosen lights; how many are triangles, rectangles, and the sky.
+    fn look_at_lights(&mut self, context: &Context) -> [usize; 3] {
+        let mut counts = [0; 4];
+        let (n, transmits) = (self.len, self.transmits);
+        let Self { lights, flat_lights: to, .. } = self;
+        for i in 0..n {
+            let light = context.scene.uniform_light(lights.index[i]);
+            let mut set = |shape: [Vec3; 3], two_sided: bool, radiance: Spectrum| {
+                to.shape[0].set(i, shape[0]);
+                to.shape[1].set(i, shape[1]);
+                to.shape[2].set(i, shape[2]);
+                to.two_sided[i] = u32::from(two_sided);
+                lights.radiance.set_spectrum(i, radiance);
+            };
+            let kind = match light {
+                Some(Light::Triangle(light)) => {
+                    set(light.vertices, light.two_sided, light.radiance);
+                    Kind::Triangle
+                }
+                Some(Light::Rectangle(light)) => {
+                    set([light.corner, light.u, light.v], light.two_sided, light.radiance);
+                    Kind::Rectangle
+                }
+                Some(Light::Environment(light)) if !transmits => {
+                    lights.radiance.set_spectrum(i, light.radiance);
+                    Kind::Sky
+                }
+                _ => Kind::Other,
+            };
+            to.kind[i] = kind as u32;
+            counts[kind as usize] += 1;
+        }
+        [counts[Kind::Triangle as usize], counts[Kind::Rectangle as usize], counts[Kind::Sky as usize]]
+    }
+
+    /// The rectangle that all lanes with rectangles have chosen, if it is one.
+    fn shared_rectangle<'a>(&self, context: &Context<'a>) -> Option<&'a RectangleFrame> {
+        let mut chosen = (0..self.len).filter(|i| self.flat_lights.kind[*i] == Kind::Rectangle as u32);
+        let first = self.lights.index[chosen.next()?];
+        let is_shared = chosen.all(|i| self.lights.index[i] == first);
+        context.scene.uniform_rectangle(first).filter(|_| is_shared)
     }
 
     fn sample_light(&mut self, context: &Context, i: usize) {
@@ -118,12 +193,94 @@ impl Lanes {
     }
 }
 
-/// Samples of one rectangle for the lanes that chose it.
+impl LightSamples {
+    /// Takes a sample for lane `i`, if that is one of the light's `own`.
+    #[inline(always)]
+    fn take(&mut self, i: usize, own: bool, found: Lit, sample: &DrawnPoint, has_target: bool) {
+        let keep = |new: f32, old: f32| if own { new } else { old };
+        let keep3 = |new: Vec3, old: Vec3| vec3(keep(new.x, old.x), keep(new.y, old.y), keep(new.z, old.z));
+        let density = sample.density * self.probability[i];
+        let is_usable = sample.is_valid & (density > 0.0);
+        let found = if (found as u32 == Lit::Continuous as u32) & !is_usable { Lit::No as u32 } else { found as u32 };
+        self.lit[i] = if own { found } else { self.lit[i] };
+        self.has_target[i] = if own { u32::from(has_target) } else { self.has_target[i] };
+        self.wi.set(i, keep3(sample.wi, self.wi.get(i)));
+        self.target.set(i, keep3(sample.target, self.target.get(i)));
+        self.density[i] = keep(density, self.density[i]);
+    }
+}
+
+/// The choice of lights.
+struct Choose<'a> {
+    lanes: &'a mut Lanes,
+    lights: &'a LightTable,
+}
+
+impl Kernel for Choose<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let (n, transmits) = (self.lanes.len, self.lanes.transmits);
+        let Lanes { lights, vertices, drawn, .. } = self.lanes;
+        for i in 0..n {
+            let chosen = self.lights.select_here(&vertices.light_context(i, transmits), drawn.select[i]);
+            lights.index[i] = chosen.map_or(NO_LIGHT, |chosen| chosen.index);
+            lights.probability[i] = chosen.map_or(0.0, |chosen| chosen.probability);
+            lights.lit[i] = if chosen.is_some() { Lit::Ask } else { Lit::No } as u32;
+        }
+    }
+}
+
+/// Samples of triangles, each lane's own.
+struct Triangles<'a> {
+    lanes: &'a mut Lanes,
+}
+
+impl Kernel for Triangles<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let (n, transmits) = (self.lanes.whole(), self.lanes.transmits);
+        let Lanes { lights, flat_lights, vertices, drawn, .. } = self.lanes;
+        for i in 0..n {
+            let shape = [flat_lights.shape[0].get(i), flat_lights.shape[1].get(i), flat_lights.shape[2].get(i)];
+            let view = TriangleView::new(shape, flat_lights.two_sided[i] != 0, &vertices.light_context(i, transmits));
+            let point = view.sample([drawn.place[0][i], drawn.place[1][i]]);
+            let found = if view.is_seen { Lit::Continuous } else { Lit::No };
+            lights.take(i, flat_lights.kind[i] == Kind::Triangle as u32, found, &point, true);
+        }
+    }
+}
+
+/// Samples of rectangles, each lane's own.
+struct Rectangles<'a> {
+    lanes: &'a mut Lanes,
+}
+
+impl Kernel for Rectangles<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let (n, transmits) = (self.lanes.whole(), self.lanes.transmits);
+        let Lanes { lights, flat_lights, vertices, drawn, .. } = self.lanes;
+        for i in 0..n {
+            let shape = [flat_lights.shape[0].get(i), flat_lights.shape[1].get(i), flat_lights.shape[2].get(i)];
+            let frame = RectangleFrame::new(shape, flat_lights.two_sided[i] != 0);
+            let view = frame.view(&vertices.light_context(i, transmits));
+            let point = frame.sample(&view, [drawn.place[0][i], drawn.place[1][i]]);
+            let found = found_of(&view);
+            lights.take(i, flat_lights.kind[i] == Kind::Rectangle as u32, found, &point, true);
+        }
+    }
+}
+
+/// Samples of one rectangle for all lanes that chose one.
 struct Rectangle<'a> {
     lanes: &'a mut Lanes,
     frame: &'a RectangleFrame,
-    radiance: Spectrum,
-    index: u32,
 }
 
 impl Kernel for Rectangle<'_> {
@@ -131,28 +288,43 @@ impl Kernel for Rectangle<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let n = self.lanes.whole();
-        // Copies, so that nothing in the loop can be thought to change them.
-        let (frame, chosen, radiance) = (*self.frame, self.index, Vec3::from_array(self.radiance.0));
-        let transmits = self.lanes.transmits;
-        let Lanes { lights, vertices, drawn, .. } = self.lanes;
+        let (n, transmits) = (self.lanes.whole(), self.lanes.transmits);
+        // A copy, so that nothing in the loop can be thought to change it.
+        let frame = *self.frame;
+        let Lanes { lights, flat_lights, vertices, drawn, .. } = self.lanes;
         for i in 0..n {
             let view = frame.view(&vertices.light_context(i, transmits));
             let point = frame.sample(&view, [drawn.place[0][i], drawn.place[1][i]]);
-            let is_valid = point.is_valid & (point.density * lights.probability[i] > 0.0);
-            let found = if is_valid { Lit::Continuous as u32 } else { Lit::No as u32 };
-            let found = if view.has_map() { found } else { Lit::Ask as u32 };
-            let found = if view.is_seen { found } else { Lit::No as u32 };
-            let own = lights.index[i] == chosen;
-            let keep = |new: f32, old: f32| if own { new } else { old };
-            let keep3 = |new: Vec3, old: Vec3| vec3(keep(new.x, old.x), keep(new.y, old.y), keep(new.z, old.z));
-            lights.lit[i] = if own { found } else { lights.lit[i] };
-            lights.has_target[i] = if own { 1 } else { lights.has_target[i] };
-            lights.wi.set(i, keep3(point.wi, lights.wi.get(i)));
-            lights.target.set(i, keep3(point.target, lights.target.get(i)));
-            let density = point.density * lights.probability[i];
-            lights.density[i] = keep(density, lights.density[i]);
-            lights.radiance.set(i, keep3(radiance, lights.radiance.get(i)));
+            let found = found_of(&view);
+            lights.take(i, flat_lights.kind[i] == Kind::Rectangle as u32, found, &point, true);
+        }
+    }
+}
+
+/// What comes of a rectangle that looks so, but for numbers that are out of range.
+#[inline(always)]
+fn found_of(view: &RectangleView) -> Lit {
+    let found = if view.has_map() { Lit::Continuous } else { Lit::Ask };
+    if view.is_seen { found } else { Lit::No }
+}
+
+/// Directions to a sky that is the same all around, on the side of the view.
+struct Sky<'a> {
+    lanes: &'a mut Lanes,
+}
+
+impl Kernel for Sky<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let n = self.lanes.whole();
+        let Lanes { lights, flat_lights, vertices, drawn, .. } = self.lanes;
+        for i in 0..n {
+            let normal = vertices.light_context(i, false).normal;
+            let (wi, density) = sample_above(normal, [drawn.place[0][i], drawn.place[1][i]]);
+            let sample = DrawnPoint { wi, target: Vec3::ZERO, at: [0.0; 2], density, is_valid: density > 0.0 };
+            lights.take(i, flat_lights.kind[i] == Kind::Sky as u32, Lit::Continuous, &sample, false);
         }
     }
 }

@@ -13,7 +13,7 @@
 
 mod build;
 
-use super::LightContext;
+use super::{LightContext, between};
 use crate::{math::Vec3, medium::Segment};
 use build::Cluster;
 pub(super) use build::Source;
@@ -117,7 +117,7 @@ fn one_if(holds: bool) -> f32 {
 }
 
 impl Gathers for LightContext {
-    #[inline]
+    #[inline(always)]
     fn importance(&self, node: &Node) -> [f32; WIDE] {
         let (p, n, both_sides) = (self.point, self.normal, fold(self.transmits));
         // The least that the point's own cosine is taken to be.
@@ -152,7 +152,7 @@ impl Gathers for LightContext {
 
 /// A segment of a ray through a medium, for distances about a light: what comes to all of it goes with the inverse distance.
 impl Gathers for Segment {
-    #[inline]
+    #[inline(always)]
     fn importance(&self, node: &Node) -> [f32; WIDE] {
         let (p, d) = (self.origin, self.direction);
         let mut importance = [0.0; WIDE];
@@ -167,6 +167,17 @@ impl Gathers for Segment {
         }
         importance
     }
+}
+
+/// The sums of the first one, the first two, and so on, of all.
+#[inline(always)]
+fn sums(importance: &[f32; WIDE]) -> [f64; WIDE] {
+    let (mut sums, mut sum) = ([0.0; WIDE], 0.0);
+    for i in 0..WIDE {
+        sum += f64::from(importance[i]);
+        sums[i] = sum;
+    }
+    sums
 }
 
 /// A light that was chosen.
@@ -201,8 +212,15 @@ impl LightTree {
         self.trails.get(index as usize).is_some_and(|trail| *trail != NO_TRAIL)
     }
 
-    /// The light for `u` in [0, 1); `None` where none can bring anything.
+    /// The light that is chosen whatever gathers, if there is no other.
     #[inline]
+    pub fn only(&self) -> Option<u32> {
+        self.only
+    }
+
+    /// The light for `u` in [0, 1); `None` where none can bring anything. Inlined, so that kernels have it for their instruction
+    /// set.
+    #[inline(always)]
     pub fn select(&self, gathers: &impl Gathers, u: f64) -> Option<Selected> {
         if let Some(index) = self.only {
             return Some(Selected { index, probability: 1.0 });
@@ -211,22 +229,17 @@ impl LightTree {
         let (mut u, mut probability) = (u, 1.0f32);
         loop {
             let importance = gathers.importance(node);
-            let total = importance.iter().fold(0.0f32, |sum, own| sum + own);
-            if !(total > 0.0 && total.is_finite()) {
+            let sums = sums(&importance);
+            let total = sums[WIDE - 1];
+            if !(total > 0.0 && total < f64::from(f32::MAX)) {
                 return None;
             }
-            let target = u * f64::from(total);
-            let (mut sum, mut chosen, mut before) = (0.0f64, None, 0.0);
-            for (lane, &own) in importance.iter().enumerate().filter(|(_, own)| **own > 0.0) {
-                (chosen, before) = (Some(lane), sum);
-                sum += f64::from(own);
-                if target < sum {
-                    break;
-                }
-            }
-            let lane = chosen?;
-            u = ((target - before) / f64::from(importance[lane])).clamp(0.0, BELOW_ONE);
-            probability *= importance[lane] / total;
+            // Below the total, so the child is one of those that are important.
+            let target = u * total;
+            let lane = sums.iter().map(|sum| usize::from(target >= *sum)).sum::<usize>().min(WIDE - 1);
+            let before = if lane == 0 { 0.0 } else { sums[lane - 1] };
+            u = between((target - before) / f64::from(importance[lane]), 0.0, BELOW_ONE);
+            probability *= importance[lane] / total as f32;
             let word = node.child[lane];
             let index = word & INDEX;
             if word & IS_LIGHT != 0 {
@@ -249,13 +262,13 @@ impl LightTree {
         let mut probability = 1.0;
         loop {
             let importance = gathers.importance(node);
-            let total = importance.iter().fold(0.0f32, |sum, own| sum + own);
+            let total = sums(&importance)[WIDE - 1];
             let lane = (trail & 7) as usize;
             // Also where the sum is no number.
-            if !(importance[lane] > 0.0 && total.is_finite()) {
+            if !(importance[lane] > 0.0 && total < f64::from(f32::MAX)) {
                 return 0.0;
             }
-            probability *= importance[lane] / total;
+            probability *= importance[lane] / total as f32;
             let word = node.child[lane];
             if word & IS_LIGHT != 0 {
                 return probability;
