@@ -2,6 +2,7 @@
 //!
 //! For each kind of BSDF that goes in lanes, nanoseconds of an evaluation and of a sample: alone, and among 64 vertices in a loop
 //! compiled for the instruction set. Arguments: `portable`, `avx2` or `avx512` for the instruction set.
+#![expect(clippy::needless_range_loop, reason = "an index is the lane, in several arrays at once")]
 
 use etendue::{
     bsdf::{

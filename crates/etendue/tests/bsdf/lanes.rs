@@ -1,4 +1,5 @@
 //! BSDFs in lanes scatter to the bit as alone, on every instruction set.
+#![expect(clippy::needless_range_loop, reason = "an index is the lane, in several arrays at once")]
 
 use crate::{
     cases::{cases, random_direction},
