@@ -73,11 +73,11 @@ impl<B: LaneBsdf> Kernel for Sample<'_, B> {
     }
 }
 
-/// Nanoseconds that a vertex takes: the least of several runs.
+/// Nanoseconds that a vertex takes: the least of many short runs, so that other work on the machine is in few of them.
 fn time(mut work: impl FnMut()) -> f64 {
-    const ROUNDS: u32 = 400;
+    const ROUNDS: u32 = 20;
     let mut least = f64::INFINITY;
-    for _ in 0..25 {
+    for _ in 0..500 {
         let start = Instant::now();
         for _ in 0..ROUNDS {
             work();

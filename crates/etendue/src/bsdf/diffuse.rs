@@ -3,7 +3,7 @@
 use super::{
     BsdfEval, BsdfSample, Scatter,
     lanes::{InLanes, LaneBsdf, LaneSample, either, either_spectrum, lane_numbers},
-    share,
+    on_side, share,
 };
 use crate::{
     math::{PI, Vec3},
@@ -100,9 +100,9 @@ impl LaneBsdf for Diffuse {
         let albedo = either_spectrum(transmitted, self.transmittance, self.reflectance);
         let chosen = either(transmitted, self.transmit, self.reflect);
         let local = warp::cosine_hemisphere(u);
-        let up = (wo.z > 0.0) != transmitted;
+        let side = 1.0f32.copysign(wo.z) * either(transmitted, -1.0, 1.0);
         LaneSample {
-            wi: Vec3::new(local.x, local.y, either(up, local.z, -local.z)),
+            wi: on_side(local, side),
             weight: albedo / chosen,
             density: chosen * warp::cosine_hemisphere_pdf(local.z),
             is_discrete: false,
