@@ -1,5 +1,4 @@
 //! Light samples of lanes.
-#![expect(clippy::needless_range_loop, reason = "an index is the lane, in several arrays at once")]
 
 use super::{
     group::Lanes,
