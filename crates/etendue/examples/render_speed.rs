@@ -69,7 +69,7 @@ impl Parts {
     /// A lamp as that of [`Self::room`], cut into 10 triangles.
     fn panel(&mut self) {
         let lamp = self.emitter([17.0, 12.0, 4.0]);
-        let corner = |i: u32| [-0.25 + 0.1 * (i / 2) as f32, 0.99, if i % 2 == 0 { -0.25 } else { 0.25 }];
+        let corner = |i: u32| [-0.25 + 0.1 * (i / 2) as f32, 0.99, if i.is_multiple_of(2) { -0.25 } else { 0.25 }];
         let mesh = Mesh {
             positions: (0..12).map(corner).collect(),
             indices: (0..5).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]).collect(),
