@@ -31,7 +31,7 @@ pub(crate) struct Bvh {
     /// The area of the top's boxes when it was built, if there are instances.
     built_area: f64,
     /// Words that a stack must have room for.
-    stack_room: usize,
+    stack_len: usize,
     /// Whether the structure fits into a cache.
     cached: bool,
 }
@@ -44,7 +44,7 @@ impl Bvh {
             levels::objects(world, &bounds, |mut items, source, padding| arrays.add(&mut items, source, padding))?;
         let top_start = arrays.lengths();
         let top = Root { word: None, bounds: Bounds::EMPTY, padding: Padding::new(&Bounds::EMPTY, []), depth: 0 };
-        let mut bvh = Self { arrays, top, objects, top_start, built_area: 0.0, stack_room: 0, cached: false };
+        let mut bvh = Self { arrays, top, objects, top_start, built_area: 0.0, stack_len: 0, cached: false };
         let (items, padding) = levels::top(world, &bounds)?;
         bvh.add_top(items, Source::Top(world), padding)?;
         Ok(bvh)
@@ -54,7 +54,7 @@ impl Bvh {
     fn add_top(&mut self, mut items: Vec<Item>, source: Source<'_>, padding: Padding) -> Result<(), BuildError> {
         self.top = self.arrays.add(&mut items, source, padding)?;
         // Each node on the way replaces one entry by at most eight; a level has one at its bottom; vectors are stored whole.
-        self.stack_room = (node::WIDTH - 1) * self.depth() + 3 + STACK_ROOM;
+        self.stack_len = (node::WIDTH - 1) * self.depth() + 3 + STACK_ROOM;
         self.cached = self.arrays.bytes() <= traverse::CACHED_BYTES;
         self.built_area = if self.arrays.instances.is_empty() { 0.0 } else { self.top_area() };
         Ok(())

@@ -157,7 +157,7 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
         finish: F,
     ) {
         let mut lists = Lists { nodes: List::EMPTY, packs: List::EMPTY, ready: List::EMPTY, rest: List::EMPTY };
-        let slots = std::array::from_fn(|place| Slot::empty(place * scene.bvh.stack_room));
+        let slots = std::array::from_fn(|place| Slot::empty(place * scene.bvh.stack_len));
         let places = Places::new(&scene);
         let mut rounds = Self { scene, rays, next: 0, finish, slots, stacks, places };
         for place in 0..SLOTS {

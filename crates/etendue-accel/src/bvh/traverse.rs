@@ -87,13 +87,13 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
         let mut stacks = STACKS.take();
         let scene = Scene { world: self.world, bvh: self.bvh };
         if self.rays.len() < FEW_RAYS {
-            stacks.grow(1, self.bvh.stack_room);
+            stacks.grow(1, self.bvh.stack_len);
             for (index, ray) in self.rays.iter().enumerate() {
                 let hit = scene.trace::<S, ANY>(simd, ray, &mut stacks);
                 (self.finish)(index, hit);
             }
         } else {
-            stacks.grow(SLOTS, self.bvh.stack_room);
+            stacks.grow(SLOTS, self.bvh.stack_len);
             Rounds::run::<S, ANY>(simd, scene, self.rays, &mut stacks, self.finish);
         }
         STACKS.set(stacks);
