@@ -7,17 +7,19 @@ use super::{
     paths::{Paths, SampleId},
     shade::{self, Strategy},
     shadow::ShadowQueue,
+    splitting::Splitting,
     views,
 };
 use crate::{
     camera::Camera,
-    film::{PathSample, TileSums},
+    film::PathSample,
     sampling::{FilterSampler, Sampler, Slot},
     scene::{BodyStack, Scene},
 };
 use etendue_accel::{PrimitiveId, Ray};
 
 /// What all paths of a render share.
+#[derive(Clone)]
 pub(crate) struct Context<'a> {
     pub scene: &'a Scene,
     pub camera: &'a Camera,
@@ -32,6 +34,7 @@ pub(crate) struct Context<'a> {
     pub wants_direct: bool,
     /// Camera rays that meet nothing bring nothing home.
     pub transparent: bool,
+    pub splitting: Splitting,
 }
 
 impl Context<'_> {
@@ -68,12 +71,12 @@ impl Wave {
         }
     }
 
-    /// Traces all `samples` (absolute pixel, sample index) into `tile`.
+    /// Traces all `samples` (absolute pixel, sample index), and hands what their parts bring home to `keep`.
     pub fn run(
         &mut self,
         context: &Context,
         samples: &mut dyn Iterator<Item = ([u32; 2], u32)>,
-        tile: &mut TileSums,
+        keep: &mut impl FnMut([u32; 2], u32, &PathSample),
     ) -> Counters {
         let mut counters = Counters::default();
         loop {
@@ -86,14 +89,14 @@ impl Wave {
             context.scene.prefetch_surfaces(&self.paths.hits);
             self.shade(context);
             counters.rays += self.shadows.trace(context.scene, &mut self.paths);
-            counters.overflowed += self.retire(tile);
+            counters.overflowed += self.retire(keep);
         }
     }
 
     /// Fills the wave with camera rays.
     fn start_paths(&mut self, context: &Context, samples: &mut dyn Iterator<Item = ([u32; 2], u32)>) -> u64 {
         let before = self.paths.len();
-        for (pixel, index) in samples.take(self.capacity - before) {
+        for (pixel, index) in samples.take(self.capacity.saturating_sub(before)) {
             let key = context.sampler.key(context.seed, pixel, index);
             let (offset, weight) = context.filter.sample(context.sampler.two_d(key, 0, Slot::Pixel));
             let lens = if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
@@ -108,7 +111,7 @@ impl Wave {
                 mask: u32::MAX,
                 skip: PrimitiveId::NONE,
             };
-            let id = SampleId { key, pixel, index, weight };
+            let id = SampleId { key, pixel, index, weight, part: 0 };
             let cone = context.camera.cone(camera_ray.direction);
             self.paths.push(ray, cone, id, context.wants_layers, context.wants_direct);
             if context.has_media() {
@@ -162,22 +165,23 @@ impl Wave {
 
     /// Hands finished paths to the film and closes the gaps.
     /// Returns how many of them lay in more bodies than are told apart.
-    fn retire(&mut self, tile: &mut TileSums) -> u64 {
+    fn retire(&mut self, keep: &mut impl FnMut([u32; 2], u32, &PathSample)) -> u64 {
         let (mut path, mut overflowed) = (0, 0);
         while path < self.paths.len() {
             if self.paths.progress[path].alive {
                 path += 1;
                 continue;
             }
-            let SampleId { pixel, index, weight, .. } = self.paths.samples[path];
+            let SampleId { pixel, index, weight, part, .. } = self.paths.samples[path];
             let sample = PathSample {
                 radiance: self.paths.radiance[path],
                 direct: self.paths.direct(path),
                 weight,
                 met_surface: self.paths.met_something(path),
                 first: self.paths.first(path),
+                part,
             };
-            tile.add(pixel, index, &sample);
+            keep(pixel, index, &sample);
             overflowed += u64::from(self.paths.bodies.get(path).is_some_and(|bodies| bodies.overflowed));
             self.paths.swap_remove(path);
         }
