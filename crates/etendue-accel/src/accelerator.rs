@@ -8,7 +8,7 @@ use crate::brute;
 use crate::bvh::{self, Bvh};
 use crate::error::BuildError;
 use crate::flat::{self, Flat};
-use crate::geometry::World;
+use crate::geometry::{Transform, World};
 use crate::isa::{Isa, Kernel, dispatch, run};
 use crate::items;
 use crate::kd::{self, KdTree};
@@ -97,21 +97,60 @@ pub struct Accelerator {
     world: World,
     structure: Structure,
     bounds: Bounds,
+    kind: AcceleratorKind,
     isa: Isa,
+}
+
+/// Threads to build on.
+fn pool(threads: usize) -> Result<rayon::ThreadPool, BuildError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|index| format!("build-{index}"))
+        .build()
+        .map_err(|error| BuildError::Threads { threads, reason: error.to_string() })
 }
 
 impl Accelerator {
     /// Checks the world and builds the structure on `threads` threads (0: as many as there are processors). The
     /// structure does not depend on their number. The world's arrays are shared, not copied.
     pub fn build(world: &World, kind: AcceleratorKind, isa: Isa, threads: usize) -> Result<Self, BuildError> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .thread_name(|index| format!("build-{index}"))
-            .build()
-            .map_err(|error| BuildError::Threads { threads, reason: error.to_string() })?;
         let (structure, bounds) =
-            pool.install(|| items::check(world).and_then(|()| Self::structure(world, kind, isa)))?;
-        Ok(Self { world: world.clone(), structure, bounds, isa })
+            pool(threads)?.install(|| items::check(world).and_then(|()| Self::structure(world, kind, isa)))?;
+        Ok(Self { world: world.clone(), structure, bounds, kind, isa })
+    }
+
+    /// The same world with other transforms, one for each instance: rays find what they would find in a fresh build.
+    /// The structures of geometries are kept. In the BVH the tree over the world gets new boxes, or is built anew if it is
+    /// small or its boxes have grown too large; the kd-tree's is always built anew. Where an instance gets a transform and
+    /// had none, or the reverse, everything is built anew. A failed call loses the accelerator.
+    pub fn with_transforms(mut self, transforms: &[Option<Transform>], threads: usize) -> Result<Self, BuildError> {
+        let instances = &mut self.world.instances;
+        if transforms.len() != instances.len() {
+            return Err(BuildError::Transforms { transforms: transforms.len(), instances: instances.len() });
+        }
+        let mut as_before = true;
+        for (instance, &transform) in instances.iter_mut().zip(transforms) {
+            as_before &= instance.transform.is_some() == transform.is_some();
+            instance.transform = transform;
+        }
+        let Self { world, structure, kind, isa, .. } = &mut self;
+        if !as_before {
+            return Self::build(world, *kind, *isa, threads);
+        }
+        items::check_transforms(world)?;
+        self.bounds = match structure {
+            Structure::Brute => items::world_bounds(world)?,
+            Structure::KdTree(tree) => {
+                pool(threads)?.install(|| tree.move_instances(world))?;
+                tree.bounds()
+            }
+            Structure::Bvh(bvh) => {
+                pool(threads)?.install(|| bvh.move_instances(world))?;
+                bvh.bounds()
+            }
+            Structure::Flat(flat) => flat.bounds(),
+        };
+        Ok(self)
     }
 
     fn structure(world: &World, kind: AcceleratorKind, isa: Isa) -> Result<(Structure, Bounds), BuildError> {

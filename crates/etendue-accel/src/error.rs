@@ -57,6 +57,14 @@ pub enum BuildError {
         /// What is wrong.
         reason: &'static str,
     },
+    /// As many transforms as instances are wanted.
+    #[error("{transforms} transforms for {instances} instances")]
+    Transforms {
+        /// How many transforms there are.
+        transforms: usize,
+        /// How many instances there are.
+        instances: usize,
+    },
     /// More of something than its index can count.
     #[error("{count} {what}: at most {limit} are possible")]
     TooMany {

@@ -121,6 +121,13 @@ pub(crate) fn check(world: &World) -> Result<(), BuildError> {
         if instance.geometry as usize >= geometries {
             return Err(BuildError::Geometry { instance: index, index: instance.geometry, geometries });
         }
+    }
+    check_transforms(world)
+}
+
+/// Checks the transforms of all instances.
+pub(crate) fn check_transforms(world: &World) -> Result<(), BuildError> {
+    for (index, instance) in world.instances.iter().enumerate() {
         if let Some(transform) = &instance.transform {
             check_transform(transform).map_err(|reason| BuildError::Transform { instance: index, reason })?;
         }
@@ -192,22 +199,47 @@ pub(crate) fn object_bounds(world: &World) -> Vec<Option<Bounds>> {
 }
 
 /// The pad of the top level.
-pub(crate) fn top_padding(world: &World, items: &[Item], object_bounds: &[Option<Bounds>]) -> Padding {
-    let bounds = bounds_of(items);
+pub(crate) fn top_padding(world: &World, bounds: &Bounds, object_bounds: &[Option<Bounds>]) -> Padding {
     let placed = world
         .instances
         .iter()
         .filter_map(|instance| Some((instance.transform.as_ref()?, object_bounds[instance.geometry as usize]?)));
-    Padding::new(&bounds, placed)
+    Padding::new(bounds, placed)
 }
 
-/// The items of the top level.
-pub(crate) fn of_top(world: &World, object_bounds: &[Option<Bounds>]) -> Result<Vec<Item>, BuildError> {
+/// How many items the top level has, some of which may be empty.
+pub(crate) fn count_of_top(world: &World) -> usize {
     let count_of = |instance: &Instance| match instance.transform {
         None => world.geometries[instance.geometry as usize].len(),
         Some(_) => 1,
     };
-    let count = world.instances.iter().fold(0_usize, |sum, instance| sum.saturating_add(count_of(instance)));
+    world.instances.iter().fold(0_usize, |sum, instance| sum.saturating_add(count_of(instance)))
+}
+
+/// The world box of an object's box.
+fn placed(instance: usize, transform: &Transform, object: Option<Bounds>) -> Result<Bounds, BuildError> {
+    let bounds = transform.bounds_to_world(&object.unwrap_or(Bounds::EMPTY));
+    if !bounds.is_empty() && !bounds.min.iter().chain(&bounds.max).all(|&x| in_range(x)) {
+        return Err(BuildError::Transform { instance, reason: "moves the geometry beyond 2^50" });
+    }
+    Ok(bounds)
+}
+
+/// The boxes of transformed instances in the world.
+pub(crate) fn instance_bounds(
+    world: &World,
+    object_bounds: &[Option<Bounds>],
+) -> Result<Vec<Option<Bounds>>, BuildError> {
+    let of = |(index, instance): (usize, &Instance)| {
+        let object = object_bounds[instance.geometry as usize];
+        instance.transform.as_ref().map(|transform| placed(index, transform, object)).transpose()
+    };
+    world.instances.iter().enumerate().map(of).collect()
+}
+
+/// The items of the top level.
+pub(crate) fn of_top(world: &World, object_bounds: &[Option<Bounds>]) -> Result<Vec<Item>, BuildError> {
+    let count = count_of_top(world);
     limited("primitives without transform", count, u64::from(u32::MAX >> 1))?;
     let mut items = room("items", count)?;
     ask_for_huge_pages(&mut items);
@@ -217,11 +249,7 @@ pub(crate) fn of_top(world: &World, object_bounds: &[Option<Bounds>]) -> Result<
             None => push_primitives(geometry, index as u32, &mut items),
             Some(_) if geometry.is_empty() => {}
             Some(transform) => {
-                let object = object_bounds[instance.geometry as usize].unwrap_or(Bounds::EMPTY);
-                let bounds = transform.bounds_to_world(&object);
-                if !bounds.min.iter().chain(&bounds.max).all(|&x| in_range(x)) {
-                    return Err(BuildError::Transform { instance: index, reason: "moves the geometry beyond 2^50" });
-                }
+                let bounds = placed(index, transform, object_bounds[instance.geometry as usize])?;
                 let id = PrimitiveId { instance: index as u32, primitive: 0 };
                 items.push(Item::new(&bounds, id));
             }

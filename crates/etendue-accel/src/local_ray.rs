@@ -1,6 +1,5 @@
 //! A ray in the space of the primitives it is tested against.
 
-use crate::bounds::greatest;
 use crate::geometry::Transform;
 
 /// Coordinates and origins reach at most this far (1.1e15): products of edge functions cannot overflow.
@@ -22,34 +21,44 @@ pub(crate) struct LocalRay {
     pub shear: [f32; 3],
 }
 
+/// The largest magnitude, as bits, which are ordered as the numbers are; NaN is above all.
+#[inline(always)]
+fn largest([x, y, z]: [u32; 3]) -> u32 {
+    x.max(y).max(z)
+}
+
+#[inline(always)]
+fn magnitudes(v: [f32; 3]) -> [u32; 3] {
+    v.map(|x| x.to_bits() & 0x7fff_ffff)
+}
+
 impl LocalRay {
+    /// No ray.
+    pub const NONE: Self = Self { origin: [0.0; 3], direction: [0.0; 3], axes: [0, 1, 2], shear: [0.0; 3] };
+
     /// `None` for a ray that hits nothing by definition: an origin or direction that is not finite or out of range, or a
     /// direction of length 0.
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Option<Self> {
-        let major = Self::major_axis(origin, direction)?;
-        let axes = [(major + 1) % 3, (major + 2) % 3, major];
+        const NEXT: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+        let axes = NEXT[Self::major_axis(origin, direction)?];
         let [dx, dy, dz] = axes.map(|axis| direction[axis]);
-        Some(Self { origin, direction, axes, shear: [dx / dz, dy / dz, 1.0 / dz] })
+        // One division of vectors.
+        let [x, y, z, _] = [dx, dy, 1.0, 1.0].map(|numerator| numerator / dz);
+        Some(Self { origin, direction, axes, shear: [x, y, z] })
     }
 
     /// The axis of the direction's largest component; `None` for a ray that hits nothing by definition.
     #[inline(always)]
     pub fn major_axis(origin: [f32; 3], direction: [f32; 3]) -> Option<usize> {
-        let (x, y, z) = (direction[0].abs(), direction[1].abs(), direction[2].abs());
+        const SMALLEST: u32 = DIRECTION_LIMIT.to_bits();
+        const GREATEST: u32 = (1.0 / DIRECTION_LIMIT).to_bits();
+        let [x, y, z] = magnitudes(direction);
+        let across = y.max(z);
         // Without branches: directions are as good as random.
-        let (x_first, y_second) = ((x >= y) & (x >= z), y >= z);
-        let major = usize::from(!x_first) * (2 - usize::from(y_second));
-        // A NaN anywhere makes a comparison false.
-        let near = |o: f32| o.abs() <= COORDINATE_LIMIT;
-        let in_range = |d: f32| d <= 1.0 / DIRECTION_LIMIT;
-        let traceable = near(origin[0])
-            & near(origin[1])
-            & near(origin[2])
-            & in_range(x)
-            & in_range(y)
-            & in_range(z)
-            & (greatest(greatest(x, y), z) >= DIRECTION_LIMIT);
+        let major = usize::from(x < across) * (2 - usize::from(y >= z));
+        let far = largest(magnitudes(origin)) > COORDINATE_LIMIT.to_bits();
+        let traceable = !far & (SMALLEST..=GREATEST).contains(&x.max(across));
         traceable.then_some(major)
     }
 
@@ -62,7 +71,6 @@ impl LocalRay {
     /// The largest magnitude of the origin's coordinates.
     #[inline(always)]
     pub fn origin_reach(&self) -> f32 {
-        let [x, y, z] = self.origin.map(f32::abs);
-        greatest(greatest(x, y), z)
+        f32::from_bits(largest(magnitudes(self.origin)))
     }
 }

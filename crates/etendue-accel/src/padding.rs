@@ -141,25 +141,27 @@ pub(crate) struct SlabRay {
     /// Start for far planes, times rate.
     pub far: [f32; 3],
     /// Bit a is set if the direction's component a is negative.
-    pub octant: usize,
+    pub octant: u32,
 }
 
 impl SlabRay {
+    /// No ray.
+    pub const NONE: Self = Self { rate: [0.0; 3], near: [0.0; 3], far: [0.0; 3], octant: 0 };
+
     #[inline(always)]
     pub fn new(ray: &LocalRay, padding: &Padding) -> Self {
         let pad = padding.of(ray);
         let least_direction = ray.direction[ray.axes[2]].abs() * FLATTEST;
-        let mut octant = 0;
-        let (mut rate, mut near, mut far) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-        for a in 0..3 {
-            let d = ray.direction[a];
-            octant |= usize::from(d < 0.0) << a;
-            rate[a] = 1.0 / greatest(d.abs(), least_direction).copysign(if d < 0.0 { -1.0 } else { 1.0 });
-            let forward = if d < 0.0 { -pad } else { pad };
-            near[a] = (ray.origin[a] + forward) * rate[a];
-            far[a] = (ray.origin[a] - forward) * rate[a];
-        }
-        Self { rate, near, far, octant }
+        let ([dx, dy, dz], [ox, oy, oz]) = (ray.direction, ray.origin);
+        let (direction, origin) = ([dx, dy, dz, 1.0_f32], [ox, oy, oz, 0.0]);
+        // Four lanes, of which the last is unused, are vectors.
+        let rate = direction.map(|d| 1.0 / greatest(d.abs(), least_direction).copysign(d));
+        let forward = direction.map(|d| pad.copysign(d));
+        let near: [f32; 4] = std::array::from_fn(|a| (origin[a] + forward[a]) * rate[a]);
+        let far: [f32; 4] = std::array::from_fn(|a| (origin[a] - forward[a]) * rate[a]);
+        let octant = dx.to_bits() >> 31 | dy.to_bits() >> 31 << 1 | dz.to_bits() >> 31 << 2;
+        let three = |[x, y, z, _]: [f32; 4]| [x, y, z];
+        Self { rate: three(rate), near: three(near), far: three(far), octant }
     }
 
     /// The interval of t inside one padded box, cut to a range.

@@ -18,6 +18,9 @@ pub(crate) struct Search {
 }
 
 impl Search {
+    /// For nothing.
+    pub const NONE: Self = Self { t_min: 0.0, t_max: 0.0, mask: 0, skip: PrimitiveId::NONE, best: Hit::MISS };
+
     /// The search and the ray in world space; `None` if the ray hits nothing by definition.
     #[inline(always)]
     pub fn start(ray: &Ray) -> Option<(Self, LocalRay)> {

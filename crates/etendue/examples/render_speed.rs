@@ -17,7 +17,7 @@ use etendue::{
 use etendue_accel::{AcceleratorKind, Isa};
 use std::{error::Error, time::Instant};
 
-const SCENES: [&str; 5] = ["room", "sky", "gloss", "lamps", "large"];
+const SCENES: [&str; 6] = ["room", "panel", "sky", "gloss", "lamps", "large"];
 
 #[derive(Default)]
 struct Parts(SceneParts);
@@ -51,14 +51,35 @@ impl Parts {
 
     /// Five walls without the front, 2 m wide, and a lamp below the ceiling.
     fn room(&mut self) {
+        self.walls();
+        let lamp = self.emitter([17.0, 12.0, 4.0]);
+        self.rectangle([-0.25, 0.99, -0.25], [0.5, 0.0, 0.0], [0.0, 0.0, 0.5], lamp);
+    }
+
+    fn walls(&mut self) {
         let (white, red) = (self.diffuse([0.73; 3]), self.diffuse([0.6, 0.06, 0.05]));
-        let (green, lamp) = (self.diffuse([0.14, 0.45, 0.09]), self.emitter([17.0, 12.0, 4.0]));
+        let green = self.diffuse([0.14, 0.45, 0.09]);
         self.rectangle([-1.0, -1.0, -1.0], [0.0, 0.0, 2.0], [2.0, 0.0, 0.0], white);
         self.rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], white);
         self.rectangle([-1.0, -1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], white);
         self.rectangle([-1.0, -1.0, -1.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0], red);
         self.rectangle([1.0, -1.0, -1.0], [0.0, 0.0, 2.0], [0.0, 2.0, 0.0], green);
-        self.rectangle([-0.25, 0.99, -0.25], [0.5, 0.0, 0.0], [0.0, 0.0, 0.5], lamp);
+    }
+
+    /// A lamp as that of [`Self::room`], cut into 10 triangles.
+    fn panel(&mut self) {
+        let lamp = self.emitter([17.0, 12.0, 4.0]);
+        let corner = |i: u32| [-0.25 + 0.1 * (i / 2) as f32, 0.99, if i.is_multiple_of(2) { -0.25 } else { 0.25 }];
+        let mesh = Mesh {
+            positions: (0..12).map(corner).collect(),
+            indices: (0..5).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]).collect(),
+            origin: DVec3::ZERO,
+            normals: None,
+            uvs: None,
+            colors: None,
+            face_materials: None,
+        };
+        self.place(Shape::Mesh(mesh), DAffine3::IDENTITY, lamp);
     }
 
     fn cube(&mut self, at: [f64; 3], half: [f64; 3], turn: f64, material: usize) {
@@ -111,8 +132,13 @@ impl Parts {
         let mut parts = Self::default();
         let clay = parts.diffuse([0.7, 0.6, 0.5]);
         match name {
-            "room" => {
-                parts.room();
+            "room" | "panel" => {
+                if name == "room" {
+                    parts.room();
+                } else {
+                    parts.walls();
+                    parts.panel();
+                }
                 parts.cube([-0.35, -0.4, -0.3], [0.3, 0.6, 0.3], 0.3, clay);
                 parts.cube([0.35, -0.7, 0.3], [0.3, 0.3, 0.3], -0.3, clay);
             }

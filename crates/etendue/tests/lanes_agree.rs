@@ -14,25 +14,30 @@ use etendue::{
     sampling::Sampler,
     scene::{AcceleratorSettings, DeltaLight, Environment, Scene, SceneParts},
     spectrum::Spectrum,
-    texture::{Color, Samples, Texture, TextureImage, Transfer},
+    texture::{Color, Filtering, Mapping, Samples, Texture, TextureImage, Transfer},
 };
 use etendue_accel::{AcceleratorKind, Isa};
 use std::sync::Arc;
 
-fn checks() -> Arc<Texture> {
+fn checks(filtering: Filtering) -> Arc<Texture> {
     let samples: Vec<f32> = (0..6 * 4).map(|i| 0.2 + (i % 4) as f32 * 0.2).collect();
     let image = TextureImage::new(6, 4, 1, Samples::F32(samples.into()), Transfer::Linear).expect("an image");
-    Arc::new(Texture::new(Arc::new(image)))
+    let texture = Texture::new(Arc::new(image));
+    Arc::new(Texture { mapping: Mapping { filtering, ..texture.mapping }, ..texture })
 }
 
 /// Diffuse surfaces of every kind under lights of every kind, between two spheres far outside.
 fn parts(foggy: bool, open: bool) -> SceneParts {
     let mut parts = Parts::default();
     let (white, red) = (parts.diffuse([0.7, 0.6, 0.5]), parts.diffuse([0.6, 0.1, 0.1]));
-    let papered = parts.diffuse([0.9, 0.8, 0.7]);
-    let reflectance = Color { factor: Spectrum([0.9, 0.8, 0.7]), texture: Some(checks()) };
-    parts.0.materials[papered].scattering = Scattering::Diffuse { reflectance, transmittance: Spectrum::BLACK.into() };
-    parts.rectangle(dvec3(-1.0, -1.0, -1.0), dvec3(0.0, 0.0, 2.0), dvec3(2.0, 0.0, 0.0), white);
+    let [papered, tiled] = [Filtering::Trilinear, Filtering::Bilinear].map(|filtering| {
+        let reflectance = Color { factor: Spectrum([0.9, 0.8, 0.7]), texture: Some(checks(filtering)) };
+        let material = parts.diffuse([0.0; 3]);
+        parts.0.materials[material].scattering =
+            Scattering::Diffuse { reflectance, transmittance: Spectrum::BLACK.into() };
+        material
+    });
+    parts.rectangle(dvec3(-1.0, -1.0, -1.0), dvec3(0.0, 0.0, 2.0), dvec3(2.0, 0.0, 0.0), tiled);
     parts.rectangle(dvec3(-1.0, -1.0, -1.0), dvec3(2.0, 0.0, 0.0), dvec3(0.0, 2.0, 0.0), papered);
     parts.rectangle(dvec3(-1.0, -1.0, -1.0), dvec3(0.0, 2.0, 0.0), dvec3(0.0, 0.0, 2.0), red);
     if !open {

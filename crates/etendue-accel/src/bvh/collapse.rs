@@ -83,6 +83,15 @@ pub(crate) struct Arrays {
     pub owners: Owners,
 }
 
+/// The lengths of arrays.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Lengths {
+    pub nodes: usize,
+    pub packs: usize,
+    pub spheres: usize,
+    pub instances: usize,
+}
+
 /// A node of the wide tree before it is written.
 struct Draft {
     /// Indices into the binary tree.
@@ -137,6 +146,20 @@ impl Arrays {
             }));
         }
         Ok(Root { word: Some(word), bounds: tree[0].bounds, padding, depth })
+    }
+
+    /// What there is so far.
+    pub fn lengths(&self) -> Lengths {
+        let [nodes, packs] = [self.nodes.len(), self.packs.len()];
+        Lengths { nodes, packs, spheres: self.spheres.len(), instances: self.instances.len() }
+    }
+
+    /// Removes what was added since.
+    pub fn truncate(&mut self, to: &Lengths) {
+        self.nodes.truncate(to.nodes);
+        self.packs.truncate(to.packs);
+        self.spheres.truncate(to.spheres);
+        self.instances.truncate(to.instances);
     }
 
     /// Bytes of memory.

@@ -3,14 +3,20 @@
 mod build;
 mod collapse;
 pub(crate) mod node;
+mod refit;
+mod rounds;
 mod traverse;
 
 use crate::bounds::Bounds;
 use crate::error::BuildError;
 use crate::geometry::World;
+use crate::items::{self, Item};
 use crate::levels;
+use crate::padding::Padding;
+use crate::simd::STACK_ROOM;
+use crate::source::Source;
 
-use collapse::{Arrays, Root};
+use collapse::{Arrays, Lengths, Root};
 pub(crate) use traverse::Trace;
 
 /// A level over the world and one for each geometry that transformed instances use.
@@ -20,7 +26,11 @@ pub(crate) struct Bvh {
     top: Root,
     /// By geometry.
     objects: Vec<Option<Root>>,
-    /// Entries that a traversal's stack may need.
+    /// Where the top begins in the arrays.
+    top_start: Lengths,
+    /// The area of the top's boxes when it was built, if there are instances.
+    built_area: f64,
+    /// Words that a stack must have room for.
     stack_len: usize,
     /// Whether the structure fits into a cache.
     cached: bool,
@@ -29,13 +39,30 @@ pub(crate) struct Bvh {
 impl Bvh {
     pub fn build(world: &World) -> Result<Self, BuildError> {
         let mut arrays = Arrays::default();
-        let (top, objects) =
-            levels::build(world, |mut items, source, padding| arrays.add(&mut items, source, padding))?;
-        let deepest = objects.iter().flatten().map(|root: &Root| root.depth).max().unwrap_or(0);
-        // Each node on the way replaces one entry by at most eight; vectors are stored whole.
-        let stack_len = (node::WIDTH - 1) * (top.depth + deepest) + 2 + node::WIDTH;
-        let cached = arrays.bytes() <= traverse::CACHED_BYTES;
-        Ok(Self { arrays, top, objects, stack_len, cached })
+        let bounds = items::object_bounds(world);
+        let objects =
+            levels::objects(world, &bounds, |mut items, source, padding| arrays.add(&mut items, source, padding))?;
+        let top_start = arrays.lengths();
+        let top = Root { word: None, bounds: Bounds::EMPTY, padding: Padding::new(&Bounds::EMPTY, []), depth: 0 };
+        let mut bvh = Self { arrays, top, objects, top_start, built_area: 0.0, stack_len: 0, cached: false };
+        let (items, padding) = levels::top(world, &bounds)?;
+        bvh.add_top(items, Source::Top(world), padding)?;
+        Ok(bvh)
+    }
+
+    /// Builds the top behind the other levels.
+    fn add_top(&mut self, mut items: Vec<Item>, source: Source<'_>, padding: Padding) -> Result<(), BuildError> {
+        self.top = self.arrays.add(&mut items, source, padding)?;
+        // Each node on the way replaces one entry by at most eight; a level has one at its bottom; vectors are stored whole.
+        self.stack_len = (node::WIDTH - 1) * self.depth() + 3 + STACK_ROOM;
+        self.cached = self.arrays.bytes() <= traverse::CACHED_BYTES;
+        self.built_area = if self.arrays.instances.is_empty() { 0.0 } else { self.top_area() };
+        Ok(())
+    }
+
+    /// The boxes of the geometries that have a level.
+    fn object_bounds(&self) -> Vec<Option<Bounds>> {
+        self.objects.iter().map(|root| root.as_ref().map(|root| root.bounds)).collect()
     }
 
     pub fn bounds(&self) -> Bounds {

@@ -27,7 +27,16 @@ pub(crate) struct Node {
 /// The row of near planes of each axis for a ray; the far planes are in the row whose number differs in the lowest bit.
 #[inline(always)]
 pub(crate) fn near_rows(ray: &SlabRay) -> [usize; 3] {
-    [ray.octant & 1, 2 + (ray.octant >> 1 & 1), 4 + (ray.octant >> 2 & 1)]
+    const ROWS: [[usize; 3]; 8] = {
+        let mut rows = [[0; 3]; 8];
+        let mut octant = 0;
+        while octant < 8 {
+            rows[octant] = [octant & 1, 2 + (octant >> 1 & 1), 4 + (octant >> 2 & 1)];
+            octant += 1;
+        }
+        rows
+    };
+    ROWS[ray.octant as usize & 7]
 }
 
 impl Node {
@@ -91,6 +100,24 @@ impl Child {
     #[inline(always)]
     pub fn is_node(word: u32) -> bool {
         word < 1 << 30
+    }
+
+    /// The index of what a word of any kind leads to.
+    #[inline(always)]
+    pub fn first(word: u32) -> usize {
+        (word & ((1 << 27) - 1)) as usize
+    }
+
+    /// For a word of packs, whether there is but one, and the word without the first.
+    #[inline(always)]
+    pub fn next_pack(word: u32) -> (bool, u32) {
+        (word & 7 << 27 == 0, word.wrapping_sub(1 << 27).wrapping_add(1))
+    }
+
+    /// A word of one pack.
+    #[inline(always)]
+    pub fn last_pack(word: u32) -> u32 {
+        word & !(7 << 27)
     }
 
     #[inline(always)]

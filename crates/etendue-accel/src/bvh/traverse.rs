@@ -1,25 +1,30 @@
-//! Traversal of the wide BVH. Where the structure fits into the cache, one ray at a time in a tight loop; else a state
-//! machine that takes one node or leaf a step, so that one core can have several rays in flight and wait for the memory of
-//! all of them at once.
+//! Traversal of the wide BVH. One ray alone is walked in a tight loop; slices of rays go in rounds, see `rounds.rs`.
 
 use std::cell::Cell;
 
 use super::Bvh;
 use super::collapse::Root;
-use super::node::{Child, LANES, Pack, WIDTH};
+use super::node::{Child, LANES, Node, Pack, WIDTH};
+use super::rounds::{Rounds, SLOTS};
 use crate::geometry::World;
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
 use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::search::Search;
-use crate::simd::Simd;
+use crate::simd::{STACK_ROOM, Simd};
 use crate::triangle::decide;
 
-/// Rays in flight where the structure does not fit into the cache.
-const IN_FLIGHT: usize = 16;
+/// The word at the bottom of a stack. Of the kind of instances, beyond all of them.
+pub(super) const END: u32 = u32::MAX;
 
-/// Structures of more bytes than this are traversed with several rays in flight: the size of a second-level cache.
+/// The word below the stack of an instance that was entered.
+pub(super) const LEAVE: u32 = u32::MAX - 1;
+
+/// The entry distance of these words, which are never culled.
+pub(super) const KEPT: f32 = f32::NEG_INFINITY;
+
+/// Structures of more bytes than this are waited for: the size of a second-level cache.
 pub(super) const CACHED_BYTES: usize = 1 << 20;
 
 /// Slices of fewer rays are traced one by one.
@@ -30,20 +35,39 @@ thread_local! {
     static STACKS: Cell<Stacks> = const { Cell::new(Stacks { entries: Vec::new(), words: Vec::new() }) };
 }
 
-/// What is still to be visited: child words with the entry distances of their boxes, for each ray in flight. Each stack
-/// has room for [`WIDTH`] entries more than are used, because vectors are stored whole.
-#[derive(Default)]
-struct Stacks {
+/// What rays have still to visit: child words with the entry distances of their boxes. The stacks of several rays are close to
+/// one another, so that they share pages of memory; positions count from the bottom of the first.
+#[derive(Debug, Default)]
+pub(super) struct Stacks {
     entries: Vec<f32>,
     words: Vec<u32>,
 }
 
 impl Stacks {
-    fn grow(&mut self, len: usize) {
+    /// Makes room for so many stacks of so many words.
+    fn grow(&mut self, count: usize, room: usize) {
+        let len = count * room + STACK_ROOM;
         if self.entries.len() < len {
-            self.entries.resize(len, 0.0);
-            self.words.resize(len, 0);
+            self.entries.resize(len, KEPT);
+            self.words.resize(len, END);
         }
+    }
+
+    #[inline(always)]
+    pub fn word(&self, place: usize) -> u32 {
+        self.words[place]
+    }
+
+    /// A word that is never culled.
+    #[inline(always)]
+    pub fn put(&mut self, place: usize, word: u32) {
+        (self.entries[place], self.words[place]) = (KEPT, word);
+    }
+
+    /// Takes off what is beyond `t` of the stack between two places; the new upper one.
+    #[inline(always)]
+    pub fn cull<S: Simd>(&mut self, simd: S, bottom: usize, top: usize, t: f32) -> usize {
+        bottom + simd.cull(&mut self.entries[bottom..], &mut self.words[bottom..], top - bottom, t)
     }
 }
 
@@ -59,194 +83,177 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn run<S: Simd>(mut self, simd: S) {
         let mut stacks = STACKS.take();
-        if self.bvh.cached || self.rays.len() < FEW_RAYS {
-            self.one_by_one(simd, &mut stacks);
+        let scene = Scene { world: self.world, bvh: self.bvh };
+        if self.rays.len() < FEW_RAYS {
+            stacks.grow(1, self.bvh.stack_len);
+            for (index, ray) in self.rays.iter().enumerate() {
+                let hit = scene.trace::<S, ANY>(simd, ray, &mut stacks);
+                (self.finish)(index, hit);
+            }
         } else {
-            self.in_flight(simd, &mut stacks);
+            stacks.grow(SLOTS, self.bvh.stack_len);
+            Rounds::run::<S, ANY>(simd, scene, self.rays, &mut stacks, self.finish);
         }
         STACKS.set(stacks);
     }
 }
 
-impl<F: FnMut(usize, Hit), const ANY: bool> Trace<'_, F, ANY> {
+/// Where the memory is that words lead to, by their kind.
+#[derive(Clone, Copy)]
+pub(super) struct Places {
+    starts: [*const u8; 4],
+    sizes: [usize; 4],
+    /// Where the last cache line begins.
+    ends: [usize; 4],
+}
+
+impl Places {
     #[inline(always)]
-    fn one_by_one<S: Simd>(mut self, simd: S, stacks: &mut Stacks) {
-        stacks.grow(self.bvh.stack_len);
-        let scene = Scene { world: self.world, bvh: self.bvh };
-        for (index, ray) in self.rays.iter().enumerate() {
-            let hit = scene.trace::<S, ANY>(simd, ray, &mut stacks.entries, &mut stacks.words);
-            (self.finish)(index, hit);
+    pub fn new(scene: &Scene<'_>) -> Self {
+        let arrays = &scene.bvh.arrays;
+        let (nodes, packs) = (arrays.nodes.as_ptr().cast(), arrays.packs.as_ptr().cast());
+        Self {
+            starts: [nodes, packs, nodes, nodes],
+            sizes: [size_of::<Node>(), size_of::<Pack>(), 0, 0],
+            ends: [192, 128, 0, 0],
         }
     }
 
+    /// Asks for what a word leads to, without a branch; words of other kinds than nodes and packs ask for the first node.
     #[inline(always)]
-    fn in_flight<S: Simd>(mut self, simd: S, stacks: &mut Stacks) {
-        let len = self.bvh.stack_len;
-        stacks.grow(len * IN_FLIGHT);
-        let scene = Scene { world: self.world, bvh: self.bvh };
-        let mut next = 0;
-        let mut walks = [const { None::<Walk> }; IN_FLIGHT];
-        let mut walking = 0;
-        for (walk, (entries, words)) in
-            walks.iter_mut().zip(stacks.entries.chunks_exact_mut(len).zip(stacks.words.chunks_exact_mut(len)))
-        {
-            *walk = self.next_walk(&mut next, entries, words);
-            walking += usize::from(walk.is_some());
-        }
-        while walking > 0 {
-            let places = stacks.entries.chunks_exact_mut(len).zip(stacks.words.chunks_exact_mut(len));
-            for (place, (entries, words)) in walks.iter_mut().zip(places) {
-                let Some(walk) = place else { continue };
-                if walk.step::<S, ANY>(simd, &scene, entries, words) {
-                    walk.prefetch(simd, &scene, words);
-                    continue;
-                }
-                (self.finish)(walk.index, walk.search.hit());
-                *place = self.next_walk(&mut next, entries, words);
-                walking -= usize::from(place.is_none());
-            }
-        }
-    }
-
-    /// The next ray that can hit anything; those before it miss.
-    #[inline(always)]
-    fn next_walk(&mut self, next: &mut usize, entries: &mut [f32], words: &mut [u32]) -> Option<Walk> {
-        while let Some(ray) = self.rays.get(*next) {
-            let index = *next;
-            *next += 1;
-            match Walk::start(self.bvh, ray, index, entries, words) {
-                Some(walk) => return Some(walk),
-                None => (self.finish)(index, Hit::MISS),
-            }
-        }
-        None
+    pub fn prefetch<S: Simd>(&self, simd: S, word: u32) {
+        let kind = word as usize >> 30;
+        let start = self.starts[kind & 3].wrapping_add(Child::first(word) * self.sizes[kind & 3]);
+        simd.prefetch_lines::<3>(start);
+        simd.prefetch_lines::<1>(start.wrapping_add(self.ends[kind & 3]));
     }
 }
 
 /// What rays meet.
 #[derive(Clone, Copy)]
-struct Scene<'a> {
-    world: &'a World,
-    bvh: &'a Bvh,
+pub(super) struct Scene<'a> {
+    pub world: &'a World,
+    pub bvh: &'a Bvh,
 }
 
 /// A ray in the space of a level.
 #[derive(Clone, Copy)]
-struct Local {
-    ray: LocalRay,
-    slab: SlabRay,
+pub(super) struct Local {
+    pub ray: LocalRay,
+    pub slab: SlabRay,
     /// The instance that was entered, [`NO_INSTANCE`] at the top.
-    instance: u32,
+    pub instance: u32,
 }
 
 const NO_INSTANCE: u32 = u32::MAX;
 
 impl Local {
+    /// No ray.
+    pub const NONE: Self = Self { ray: LocalRay::NONE, slab: SlabRay::NONE, instance: NO_INSTANCE };
+
     #[inline(always)]
-    fn new(ray: LocalRay, root: &Root, instance: u32) -> Self {
+    pub fn new(ray: LocalRay, root: &Root, instance: u32) -> Self {
         Self { ray, slab: SlabRay::new(&ray, &root.padding), instance }
+    }
+
+    /// A ray of the world.
+    #[inline(always)]
+    pub fn outside(ray: LocalRay, bvh: &Bvh) -> Self {
+        Self::new(ray, &bvh.top, NO_INSTANCE)
     }
 }
 
 impl Scene<'_> {
     /// A whole search of one ray.
     #[inline(always)]
-    fn trace<S: Simd, const ANY: bool>(&self, simd: S, ray: &Ray, entries: &mut [f32], words: &mut [u32]) -> Hit {
-        let top = &self.bvh.top;
-        let (Some((mut search, world_ray)), Some(root)) = (Search::start(ray), top.word) else { return Hit::MISS };
-        let outside = Local::new(world_ray, top, NO_INSTANCE);
+    fn trace<S: Simd, const ANY: bool>(&self, simd: S, ray: &Ray, stacks: &mut Stacks) -> Hit {
+        let (Some((mut search, world_ray)), Some(root)) = (Search::start(ray), self.bvh.top.word) else {
+            return Hit::MISS;
+        };
+        let outside = Local::outside(world_ray, self.bvh);
         let mut local = outside;
-        // Where the entries of the current level start.
-        let mut base = 0;
-        let mut len = 1;
-        (entries[0], words[0]) = (search.t_min, root);
+        let places = Places::new(self);
+        stacks.put(0, END);
+        let (mut len, mut word) = (1, root);
         'levels: loop {
             let here = local;
             loop {
-                if len == base {
-                    break;
-                }
-                len -= 1;
-                // Equal distances stay: a smaller id may be there.
-                if entries[len] > search.best.t {
-                    continue;
-                }
-                let mut word = words[len];
                 while Child::is_node(word) {
-                    let count = self.children(simd, word, &here.slab, &search, len, entries, words);
-                    if count == 0 {
-                        break;
-                    }
-                    len += count - 1;
-                    word = words[len];
-                    if !self.bvh.cached && count > 1 {
-                        self.prefetch(simd, words[len - 1]);
+                    len = len + self.children(simd, word, &here.slab, &search, len, stacks) - 1;
+                    word = stacks.word(len);
+                    if !self.bvh.cached {
+                        places.prefetch(simd, stacks.word(len.saturating_sub(1)));
                     }
                 }
-                if Child::is_node(word) {
-                    continue;
+                if word == END {
+                    return search.hit();
+                }
+                if word == LEAVE {
+                    len -= 1;
+                    (local, word) = (outside, stacks.word(len));
+                    continue 'levels;
                 }
                 match Child::of(word) {
                     Child::Instance(index) => {
                         if let Some((inside, root)) = self.enter(index, &here.ray, search.mask) {
-                            (local, base) = (inside, len);
-                            (entries[len], words[len]) = (search.t_min, root);
+                            stacks.put(len, LEAVE);
                             len += 1;
+                            (local, word) = (inside, root);
                             continue 'levels;
                         }
                     }
                     leaf => {
-                        if self.leaf::<S, ANY>(simd, leaf, &here, &mut search) && ANY {
-                            return search.hit();
+                        if self.leaf::<S, ANY>(simd, leaf, &here, &mut search) {
+                            if ANY {
+                                return search.hit();
+                            }
+                            len = stacks.cull(simd, 0, len, search.best.t);
                         }
                     }
                 }
+                len -= 1;
+                word = stacks.word(len);
             }
-            if here.instance == NO_INSTANCE {
-                return search.hit();
-            }
-            (local, base) = (outside, 0);
         }
     }
 
-    /// Tests a node's children and puts those that are entered at a place of the stack; how many.
+    /// Tests a node's children and puts those that are entered at a place of the stack, the nearest last; how many.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments)]
-    fn children<S: Simd>(
+    pub fn children<S: Simd>(
         &self,
         simd: S,
         word: u32,
         slab: &SlabRay,
         search: &Search,
-        len: usize,
-        entries: &mut [f32],
-        words: &mut [u32],
+        place: usize,
+        stacks: &mut Stacks,
     ) -> usize {
-        let (Some(entries), Some(words)) = (entries[len..].first_chunk_mut(), words[len..].first_chunk_mut()) else {
-            return 0;
-        };
+        let rooms = (stacks.entries[place..].first_chunk_mut(), stacks.words[place..].first_chunk_mut());
+        let (Some(entries), Some(words)) = rooms else { return 0 };
         let _: (&[f32; WIDTH], &[u32; WIDTH]) = (entries, words);
         simd.children(&self.bvh.arrays.nodes[word as usize], slab, (search.t_min, search.best.t), entries, words)
     }
 
-    /// Tests what is in a leaf other than an instance. True if anything is hit.
+    /// Tests what is in a leaf other than an instance. True if anything better is hit.
     #[inline(always)]
-    fn leaf<S: Simd, const ANY: bool>(&self, simd: S, leaf: Child, local: &Local, search: &mut Search) -> bool {
+    pub fn leaf<S: Simd, const ANY: bool>(&self, simd: S, leaf: Child, local: &Local, search: &mut Search) -> bool {
+        let mut found = false;
         match leaf {
             Child::Packs { first, count } => {
-                let mut found = false;
                 for index in first as usize..(first + count) as usize {
-                    found |= self.pack(simd, index, local, search);
-                    if found && ANY {
-                        break;
+                    let pack = &self.bvh.arrays.packs[index];
+                    let candidates = simd.candidates(pack, &local.ray);
+                    if candidates != 0 {
+                        found |= self.pack(index, pack, candidates, local, search);
+                        if found && ANY {
+                            break;
+                        }
                     }
                 }
-                found
             }
             Child::Spheres { first, count } => {
-                let mut found = false;
                 for item in &self.bvh.arrays.spheres[first as usize..(first + count) as usize] {
                     let inside = local.instance != NO_INSTANCE;
                     let instance = if inside { local.instance } else { item.id.instance };
@@ -255,19 +262,15 @@ impl Scene<'_> {
                         found |= search.sphere(&local.ray, &item.sphere, id);
                     }
                 }
-                found
             }
-            Child::Node(_) | Child::Instance(_) => false,
+            Child::Node(_) | Child::Instance(_) => {}
         }
+        found
     }
 
+    /// Decides the candidates of a pack. True if anything better is hit.
     #[inline(always)]
-    fn pack<S: Simd>(&self, simd: S, index: usize, local: &Local, search: &mut Search) -> bool {
-        let pack: &Pack = &self.bvh.arrays.packs[index];
-        let mut candidates = simd.candidates(pack, &local.ray);
-        if candidates == 0 {
-            return false;
-        }
+    pub fn pack(&self, index: usize, pack: &Pack, mut candidates: u32, local: &Local, search: &mut Search) -> bool {
         let crossings = decide(pack.sheared(&local.ray));
         let mut found = false;
         while candidates != 0 {
@@ -284,23 +287,13 @@ impl Scene<'_> {
         found
     }
 
-    /// Asks for the memory of what a child word leads to.
-    #[inline(always)]
-    fn prefetch<S: Simd>(&self, simd: S, word: u32) {
-        match Child::of(word) {
-            Child::Node(index) => simd.prefetch(&self.bvh.arrays.nodes[index as usize]),
-            Child::Packs { first, .. } => simd.prefetch(&self.bvh.arrays.packs[first as usize]),
-            Child::Spheres { .. } | Child::Instance(_) => {}
-        }
-    }
-
     #[inline(always)]
     fn is_seen(&self, instance: u32, search: &Search) -> bool {
         self.world.instances[instance as usize].mask & search.mask != 0
     }
 
     /// The ray in an instance's space and where to start there.
-    fn enter(&self, index: u32, ray: &LocalRay, mask: u32) -> Option<(Local, u32)> {
+    pub fn enter(&self, index: u32, ray: &LocalRay, mask: u32) -> Option<(Local, u32)> {
         let instance_index = *self.bvh.arrays.instances.get(index as usize)?;
         let instance = &self.world.instances[instance_index as usize];
         if instance.mask & mask == 0 {
@@ -309,78 +302,5 @@ impl Scene<'_> {
         let root = self.bvh.objects[instance.geometry as usize].as_ref()?;
         let inside = ray.in_object(instance.transform.as_ref()?)?;
         Some((Local::new(inside, root, instance_index), root.word?))
-    }
-}
-
-/// One of several rays in flight.
-struct Walk {
-    index: usize,
-    search: Search,
-    local: Local,
-    /// The ray in the world, where `local` is inside an instance.
-    outside: (LocalRay, SlabRay),
-    /// The stack's length, and where the entries of the current level start.
-    len: usize,
-    base: usize,
-}
-
-impl Walk {
-    #[inline(always)]
-    fn start(bvh: &Bvh, ray: &Ray, index: usize, entries: &mut [f32], words: &mut [u32]) -> Option<Self> {
-        let (search, world_ray) = Search::start(ray)?;
-        (entries[0], words[0]) = (search.t_min, bvh.top.word?);
-        let local = Local::new(world_ray, &bvh.top, NO_INSTANCE);
-        Some(Self { index, search, local, outside: (local.ray, local.slab), len: 1, base: 0 })
-    }
-
-    /// Takes the nearest entry of the stack. False when the search is over.
-    #[inline(always)]
-    fn step<S: Simd, const ANY: bool>(
-        &mut self,
-        simd: S,
-        scene: &Scene<'_>,
-        entries: &mut [f32],
-        words: &mut [u32],
-    ) -> bool {
-        loop {
-            if self.len == self.base {
-                if self.local.instance == NO_INSTANCE {
-                    return false;
-                }
-                let (ray, slab) = self.outside;
-                (self.local, self.base) = (Local { ray, slab, instance: NO_INSTANCE }, 0);
-                continue;
-            }
-            self.len -= 1;
-            // Equal distances stay: a smaller id may be there.
-            if entries[self.len] <= self.search.best.t {
-                break;
-            }
-        }
-        let word = words[self.len];
-        if Child::is_node(word) {
-            self.len += scene.children(simd, word, &self.local.slab, &self.search, self.len, entries, words);
-            return true;
-        }
-        match Child::of(word) {
-            Child::Instance(index) => {
-                if let Some((inside, root)) = scene.enter(index, &self.local.ray, self.search.mask) {
-                    (self.local, self.base) = (inside, self.len);
-                    (entries[self.len], words[self.len]) = (self.search.t_min, root);
-                    self.len += 1;
-                }
-                true
-            }
-            leaf => !(scene.leaf::<S, ANY>(simd, leaf, &self.local, &mut self.search) && ANY),
-        }
-    }
-
-    /// Asks for the memory of the next step.
-    #[inline(always)]
-    fn prefetch<S: Simd>(&self, simd: S, scene: &Scene<'_>, words: &[u32]) {
-        if self.len == self.base {
-            return;
-        }
-        scene.prefetch(simd, words[self.len - 1]);
     }
 }

@@ -85,13 +85,28 @@ pub(crate) struct KdTree {
     top: Level,
     /// By geometry.
     objects: Vec<Option<Level>>,
+    split: KdTreeSplit,
 }
 
 impl KdTree {
     pub fn build(world: &World, split: KdTreeSplit) -> Result<Self, BuildError> {
-        let (top, objects) =
-            levels::build(world, |items, source, padding| Level::build(&items, source, padding, split))?;
-        Ok(Self { top, objects })
+        let bounds = items::object_bounds(world);
+        let objects =
+            levels::objects(world, &bounds, |items, source, padding| Level::build(&items, source, padding, split))?;
+        Ok(Self { top: Self::top(world, &bounds, split)?, objects, split })
+    }
+
+    fn top(world: &World, objects: &[Option<Bounds>], split: KdTreeSplit) -> Result<Level, BuildError> {
+        let (items, padding) = levels::top(world, objects)?;
+        Level::build(&items, Source::Top(world), padding, split)
+    }
+
+    /// Adapts to a world of which nothing has changed but the transforms of instances that had one and still have one.
+    pub fn move_instances(&mut self, world: &World) -> Result<(), BuildError> {
+        let objects: Vec<Option<Bounds>> =
+            self.objects.iter().map(|level| level.as_ref().map(|level| level.bounds)).collect();
+        self.top = Self::top(world, &objects, self.split)?;
+        Ok(())
     }
 
     pub fn bounds(&self) -> Bounds {

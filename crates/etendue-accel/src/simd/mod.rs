@@ -39,9 +39,16 @@ pub(crate) trait Simd: Copy {
         pairs: &mut Pairs,
     ) -> u32;
 
-    /// Asks for the first cache lines of something that will be read soon.
-    fn prefetch<T>(self, what: &T);
+    /// Takes the words whose entry distances are beyond `t` off a stack, which has [`STACK_ROOM`] more than its length; the
+    /// new length.
+    fn cull(self, entries: &mut [f32], words: &mut [u32], len: usize, t: f32) -> usize;
+
+    /// Asks for so many cache lines, whether there is anything or not.
+    fn prefetch_lines<const LINES: usize>(self, start: *const u8);
 }
+
+/// Entries of a stack beyond its length that may be read and written, because vectors are moved whole.
+pub(crate) const STACK_ROOM: usize = 16;
 
 /// Plain code, vectorised as far as the compiler can.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +72,7 @@ impl Simd for Portable {
                 exit[i] = least(last[i] * ray.rate[axis] - ray.far[axis], exit[i]);
             }
         }
-        let order = node.order[ray.octant];
+        let order = node.order[ray.octant as usize & 7];
         let mut used = 0;
         for i in 0..WIDTH {
             let child = (order >> (3 * i) & 7) as usize;
@@ -109,13 +116,24 @@ impl Simd for Portable {
         flat::scan::<AXIS, ANY>(triangles, rays, pairs)
     }
 
+    #[inline(always)]
+    fn cull(self, entries: &mut [f32], words: &mut [u32], len: usize, t: f32) -> usize {
+        let mut kept = 0;
+        for i in 0..len {
+            (entries[kept], words[kept]) = (entries[i], words[i]);
+            // Equal distances stay: a smaller id may be there.
+            kept += usize::from(entries[i] <= t);
+        }
+        kept
+    }
+
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
-    fn prefetch<T>(self, what: &T) {
-        x86::prefetch(what);
+    fn prefetch_lines<const LINES: usize>(self, start: *const u8) {
+        x86::prefetch::<LINES>(start);
     }
 
     #[cfg(not(target_arch = "x86_64"))]
     #[inline(always)]
-    fn prefetch<T>(self, _what: &T) {}
+    fn prefetch_lines<const LINES: usize>(self, _start: *const u8) {}
 }

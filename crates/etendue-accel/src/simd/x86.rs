@@ -62,8 +62,14 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, what: &T) {
-        prefetch(what);
+    fn cull(self, entries: &mut [f32], words: &mut [u32], len: usize, t: f32) -> usize {
+        // SAFETY: as above.
+        unsafe { cull_avx2(entries, words, len, t) }
+    }
+
+    #[inline(always)]
+    fn prefetch_lines<const LINES: usize>(self, start: *const u8) {
+        prefetch::<LINES>(start);
     }
 }
 
@@ -99,18 +105,23 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, what: &T) {
-        prefetch(what);
+    fn cull(self, entries: &mut [f32], words: &mut [u32], len: usize, t: f32) -> usize {
+        // SAFETY: as above.
+        unsafe { cull_avx512(entries, words, len, t) }
+    }
+
+    #[inline(always)]
+    fn prefetch_lines<const LINES: usize>(self, start: *const u8) {
+        prefetch::<LINES>(start);
     }
 }
 
-/// Asks for all cache lines of a value.
+/// Asks for so many cache lines.
 #[inline(always)]
-pub(super) fn prefetch<T>(what: &T) {
-    let start = std::ptr::from_ref(what).cast::<i8>();
-    for line in 0..size_of::<T>().div_ceil(64) {
+pub(super) fn prefetch<const LINES: usize>(start: *const u8) {
+    for line in 0..LINES {
         // SAFETY: prefetching reads nothing that the program can see, at any address; SSE is part of x86-64.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(64 * line)) }
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(64 * line).cast()) }
     }
 }
 
@@ -148,7 +159,7 @@ unsafe fn order_of(node: &Node, ray: &SlabRay) -> __m256i {
     // SAFETY: the caller says so.
     unsafe {
         // Only the lowest three bits of an index count.
-        let word = _mm256_set1_epi32(node.order[ray.octant & 7] as i32);
+        let word = _mm256_set1_epi32(node.order[ray.octant as usize & 7] as i32);
         _mm256_srlv_epi32(word, _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21))
     }
 }
@@ -200,6 +211,67 @@ unsafe fn children_avx512(
         _mm256_storeu_si256(words.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(entered, children));
         entered.count_ones() as usize
     }
+}
+
+/// # Safety
+/// The processor has the features of [`Avx2`].
+#[inline(always)]
+unsafe fn cull_avx2(entries: &mut [f32], words: &mut [u32], len: usize, t: f32) -> usize {
+    let (mut kept, mut from) = (0, 0);
+    while from < len {
+        let (Some(old), Some(old_words)) = (entries[from..].first_chunk(), words[from..].first_chunk()) else { break };
+        let (old, old_words): (&[f32; 8], &[u32; 8]) = (old, old_words);
+        // SAFETY: the caller says so; arrays hold eight elements, and the loads need no alignment.
+        let (old, old_words, near) = unsafe {
+            let old = _mm256_loadu_ps(old.as_ptr());
+            let near = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(old, _mm256_set1_ps(t))) as u32;
+            (old, _mm256_loadu_si256(old_words.as_ptr().cast()), near)
+        };
+        let near = near & (255 >> 8_usize.saturating_sub(len - from));
+        let (Some(new), Some(new_words)) = (entries[kept..].first_chunk_mut(), words[kept..].first_chunk_mut()) else {
+            break;
+        };
+        let (new, new_words): (&mut [f32; 8], &mut [u32; 8]) = (new, new_words);
+        // SAFETY: as above, of stores.
+        unsafe {
+            let compress = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(COMPRESS[near as usize & 255] as i64));
+            _mm256_storeu_ps(new.as_mut_ptr(), _mm256_permutevar8x32_ps(old, compress));
+            _mm256_storeu_si256(new_words.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(old_words, compress));
+        }
+        kept += near.count_ones() as usize;
+        from += 8;
+    }
+    kept
+}
+
+/// # Safety
+/// The processor has the features of [`Avx512`].
+#[inline(always)]
+unsafe fn cull_avx512(entries: &mut [f32], words: &mut [u32], len: usize, t: f32) -> usize {
+    let (mut kept, mut from) = (0, 0);
+    while from < len {
+        let (Some(old), Some(old_words)) = (entries[from..].first_chunk(), words[from..].first_chunk()) else { break };
+        let (old, old_words): (&[f32; 16], &[u32; 16]) = (old, old_words);
+        let among = 0xffff_u16 >> 16_usize.saturating_sub(len - from);
+        // SAFETY: the caller says so; arrays hold sixteen elements, and the loads need no alignment.
+        let (old, old_words, near) = unsafe {
+            let old = _mm512_loadu_ps(old.as_ptr());
+            let near = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(among, old, _mm512_set1_ps(t));
+            (old, _mm512_loadu_si512(old_words.as_ptr().cast()), near)
+        };
+        let (Some(new), Some(new_words)) = (entries[kept..].first_chunk_mut(), words[kept..].first_chunk_mut()) else {
+            break;
+        };
+        let (new, new_words): (&mut [f32; 16], &mut [u32; 16]) = (new, new_words);
+        // SAFETY: as above, of stores.
+        unsafe {
+            _mm512_storeu_ps(new.as_mut_ptr(), _mm512_maskz_compress_ps(near, old));
+            _mm512_storeu_si512(new_words.as_mut_ptr().cast(), _mm512_maskz_compress_epi32(near, old_words));
+        }
+        kept += near.count_ones() as usize;
+        from += 16;
+    }
+    kept
 }
 
 /// # Safety

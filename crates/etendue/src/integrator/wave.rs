@@ -11,12 +11,13 @@ use super::{
     views,
 };
 use crate::{
+    bsdf::LANES,
     camera::Camera,
     film::PathSample,
-    sampling::{FilterSampler, Sampler, Slot},
+    sampling::{FilterSampler, KeyLanes, SampleKey, Sampler, Slot},
     scene::{BodyStack, Scene},
 };
-use etendue_accel::{PrimitiveId, Ray};
+use etendue_accel::{Kernel, PrimitiveId, Ray, run};
 
 /// What all paths of a render share.
 #[derive(Clone)]
@@ -53,12 +54,42 @@ pub(crate) struct Counters {
     pub overflowed: u64,
 }
 
+/// Samples whose paths begin together.
+struct Starts {
+    len: usize,
+    /// Absolute pixel, sample index, and key.
+    samples: [([u32; 2], u32, SampleKey); LANES],
+    keys: KeyLanes<LANES>,
+    /// Where in the pixel's filter, in [0, 1)^2.
+    offsets: [[f32; LANES]; 2],
+}
+
+/// The random numbers of samples.
+struct Draw<'a> {
+    starts: &'a mut Starts,
+    sampler: Sampler,
+}
+
+impl Kernel for Draw<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Starts { len, samples, keys, offsets } = self.starts;
+        for (i, (_, _, key)) in samples[..*len].iter().enumerate() {
+            keys.set(i, *key, 0);
+        }
+        self.sampler.two_d_lanes(keys, *len, Slot::Pixel, offsets);
+    }
+}
+
 /// The buffers of one worker, allocated once.
 pub(crate) struct Wave {
     capacity: usize,
     paths: Paths,
     shadows: ShadowQueue,
     groups: Groups,
+    starts: Box<Starts>,
 }
 
 impl Wave {
@@ -68,6 +99,12 @@ impl Wave {
             paths: Paths::with_capacity(capacity),
             shadows: ShadowQueue::with_capacity(capacity),
             groups: Groups::new(),
+            starts: Box::new(Starts {
+                len: 0,
+                samples: [Default::default(); LANES],
+                keys: KeyLanes::default(),
+                offsets: [[0.0; LANES]; 2],
+            }),
         }
     }
 
@@ -96,31 +133,49 @@ impl Wave {
     /// Fills the wave with camera rays.
     fn start_paths(&mut self, context: &Context, samples: &mut dyn Iterator<Item = ([u32; 2], u32)>) -> u64 {
         let before = self.paths.len();
-        for (pixel, index) in samples.take(self.capacity.saturating_sub(before)) {
-            let key = context.sampler.key(context.seed, pixel, index);
-            let (offset, weight) = context.filter.sample(context.sampler.two_d(key, 0, Slot::Pixel));
-            let lens = if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
-            let [x, y] = pixel.map(|c| c as f32 + 0.5);
-            let camera_ray = context.camera.ray(x + offset.x, y + offset.y, lens);
-            let ray = Ray {
-                origin: camera_ray.origin.into(),
-                t_min: 0.0,
-                direction: camera_ray.direction.into(),
-                t_max: f32::INFINITY,
-                time: 0.0,
-                mask: u32::MAX,
-                skip: PrimitiveId::NONE,
-            };
-            let id = SampleId { key, pixel, index, weight, part: 0 };
-            let cone = context.camera.cone(camera_ray.direction);
-            self.paths.push(ray, cone, id, context.wants_layers, context.wants_direct);
-            if context.has_media() {
-                let camera = context.camera.start();
-                let bodies = bodies_along(context.scene, &context.camera_bodies, camera, camera_ray.origin);
-                self.paths.push_bodies(bodies);
+        while self.paths.len() < self.capacity {
+            let most = (self.capacity - self.paths.len()).min(LANES);
+            let starts = &mut *self.starts;
+            starts.len = 0;
+            for (pixel, index) in samples.take(most) {
+                starts.samples[starts.len] = (pixel, index, context.sampler.key(context.seed, pixel, index));
+                starts.len += 1;
+            }
+            let (len, is_last) = (starts.len, starts.len < most);
+            run(context.scene.accelerator().isa(), Draw { starts, sampler: context.sampler });
+            for i in 0..len {
+                self.start_path(context, i);
+            }
+            if is_last {
+                break;
             }
         }
         (self.paths.len() - before) as u64
+    }
+
+    fn start_path(&mut self, context: &Context, i: usize) {
+        let (pixel, index, key) = self.starts.samples[i];
+        let (offset, weight) = context.filter.sample([self.starts.offsets[0][i], self.starts.offsets[1][i]]);
+        let lens = if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
+        let [x, y] = pixel.map(|c| c as f32 + 0.5);
+        let camera_ray = context.camera.ray(x + offset.x, y + offset.y, lens);
+        let ray = Ray {
+            origin: camera_ray.origin.into(),
+            t_min: 0.0,
+            direction: camera_ray.direction.into(),
+            t_max: f32::INFINITY,
+            time: 0.0,
+            mask: u32::MAX,
+            skip: PrimitiveId::NONE,
+        };
+        let id = SampleId { key, pixel, index, weight, part: 0 };
+        let cone = context.camera.cone(camera_ray.direction);
+        self.paths.push(ray, cone, id, context.wants_layers, context.wants_direct);
+        if context.has_media() {
+            let camera = context.camera.start();
+            let bodies = bodies_along(context.scene, &context.camera_bodies, camera, camera_ray.origin);
+            self.paths.push_bodies(bodies);
+        }
     }
 
     fn shade(&mut self, context: &Context) {

@@ -2,11 +2,11 @@
 //! listed, accelerator built.
 
 use super::{
-    FaceLights, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant, emitters,
+    FaceLights, Facets, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant, emitters,
     interiors::Interiors,
 };
 use crate::{
-    bsdf::{Bsdf, InLanes},
+    bsdf::Bsdf,
     light::{LightTable, LightTableError},
     material::Material,
     math::{DAffine3, DMat3, DVec3, Vec3},
@@ -129,7 +129,7 @@ impl Scene {
             center,
             is_large,
             placements,
-            facets: parts.materials.iter().map(plain_facets).collect(),
+            facets: parts.materials.iter().map(facets).collect(),
             bsdfs: parts.materials.iter().map(plain_bsdf).collect(),
             rectangles: super::rectangle_frames(&lights, &varied),
             lights: LightTable::new(lights, f64::from(radius))?,
@@ -145,10 +145,16 @@ impl Scene {
     }
 }
 
-/// What flat faces of a material scatter like, if they do it in lanes and nothing else is to be known about them.
-fn plain_facets(material: &Material) -> Option<InLanes> {
-    let is_plain = material.is_opaque() && material.emission.is_none();
-    plain_bsdf(material).filter(|_| is_plain)?.in_lanes()
+/// How vertices on flat faces of a material are made.
+fn facets(material: &Material) -> Facets {
+    if !material.is_opaque() || material.emission.is_some() || material.relief.is_some() {
+        return Facets::Other;
+    }
+    match plain_bsdf(material) {
+        Some(bsdf) => bsdf.in_lanes().map_or(Facets::Other, Facets::Alike),
+        None if material.filtered_textures().iter().any(|texture| texture.is_filtered()) => Facets::Other,
+        None => Facets::Textured,
+    }
 }
 
 /// The BSDF of a material that is the same everywhere.

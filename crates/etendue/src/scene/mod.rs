@@ -103,6 +103,17 @@ impl Placement {
     }
 }
 
+/// How vertices on flat faces of a material are made.
+#[derive(Clone, Debug)]
+enum Facets {
+    /// Alike everywhere, with a form for lanes, opaque and dark.
+    Alike(InLanes),
+    /// The same but for textures that are looked up at points.
+    Textured,
+    /// As those of any surface.
+    Other,
+}
+
 /// How much there is in a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneStats {
@@ -142,8 +153,8 @@ pub struct Scene {
     materials: Vec<Material>,
     /// Of materials without textures and relief.
     bsdfs: Vec<Option<Bsdf>>,
-    /// Of materials that are opaque, dark, and scatter alike everywhere in a way that goes in lanes.
-    facets: Vec<Option<InLanes>>,
+    /// Of each material.
+    facets: Vec<Facets>,
     lights: LightTable,
     varied: VariedLights,
     rectangles: Vec<Option<Box<RectangleFrame>>>,
@@ -267,17 +278,38 @@ impl Scene {
     }
 
     /// The corners of the facet that was hit and how it scatters, where that says all about the surface: flat, opaque, dark, and
-    /// alike everywhere.
+    /// without relief. What textures tell is kept in `textured`.
     #[inline]
-    pub(crate) fn plain_facet(&self, hit: &Hit) -> Option<([Vec3; 3], &InLanes)> {
+    pub(crate) fn plain_facet<'a>(
+        &'a self,
+        hit: &Hit,
+        textured: &'a mut Option<InLanes>,
+    ) -> Option<([Vec3; 3], &'a InLanes)> {
         let placement = &self.placements[hit.id.instance as usize];
         let Primitives::Mesh(mesh) = &placement.primitives else { return None };
         if !placement.is_flat {
             return None;
         }
-        let bsdf = self.facets[placement.material(hit.id.primitive) as usize].as_ref()?;
+        let material = placement.material(hit.id.primitive);
         let [a, b, c] = mesh.indices[hit.id.primitive as usize];
-        Some(([mesh.corner(a), mesh.corner(b), mesh.corner(c)], bsdf))
+        let corners = [mesh.corner(a), mesh.corner(b), mesh.corner(c)];
+        let bsdf = match &self.facets[material as usize] {
+            Facets::Alike(bsdf) => bsdf,
+            Facets::Textured => {
+                *textured = self.textured_facet(placement, hit, corners);
+                textured.as_ref()?
+            }
+            Facets::Other => return None,
+        };
+        Some((corners, bsdf))
+    }
+
+    // Kept out of the loop over vertices.
+    #[inline(never)]
+    fn textured_facet(&self, placement: &Placement, hit: &Hit, corners: [Vec3; 3]) -> Option<InLanes> {
+        let (position, ..) = surface::flat_point(corners, hit.u, hit.v);
+        let at = surface::lookup(placement, hit.id.primitive, [hit.u, hit.v], position);
+        self.materials[placement.material(hit.id.primitive) as usize].scattering.at(&at).bsdf().in_lanes()
     }
 
     /// The full surface point of a hit that `ray` made.

@@ -1,5 +1,4 @@
 //! The lanes: vertices that are taken together, and the order of what is done to them.
-#![expect(clippy::needless_range_loop, reason = "an index is the lane, in several arrays at once")]
 
 use super::{
     SurfaceVertex,

@@ -1,5 +1,4 @@
 //! Light samples of lanes.
-#![expect(clippy::needless_range_loop, reason = "an index is the lane, in several arrays at once")]
 
 use super::{
     group::Lanes,
@@ -136,6 +135,15 @@ impl Lanes {
         let mut counts = [0; 4];
         let (n, transmits) = (self.len, self.transmits);
         let Self { lights, flat_lights: to, .. } = self;
+        let sole = context.scene.lights().sole(transmits).and_then(|sole| context.scene.uniform_light(sole.index));
+        if let Some(Light::Rectangle(light)) = sole
+            && context.scene.uniform_rectangle(lights.index[0]).is_some()
+        {
+            // Its shape is known already.
+            to.kind[..n].fill(Kind::Rectangle as u32);
+            (0..n).for_each(|i| lights.radiance.set_spectrum(i, light.radiance));
+            return [0, n, 0];
+        }
         for i in 0..n {
             let light = context.scene.uniform_light(lights.index[i]);
             let mut set = |shape: [Vec3; 3], two_sided: bool, radiance: Spectrum| {

@@ -86,7 +86,10 @@ macro_rules! groups {
                 path: usize,
                 shadows: &mut ShadowQueue,
             ) -> bool {
-                let Some((corners, bsdf)) = context.scene.plain_facet(&paths.hits[path]) else { return false };
+                let mut textured = None;
+                let Some((corners, bsdf)) = context.scene.plain_facet(&paths.hits[path], &mut textured) else {
+                    return false;
+                };
                 let progress = &mut paths.progress[path];
                 if progress.depth >= context.max_depth {
                     progress.alive = false;

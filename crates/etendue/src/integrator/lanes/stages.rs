@@ -1,4 +1,5 @@
 //! What is done to lanes that only depends on their own numbers.
+#![expect(clippy::needless_range_loop, reason = "an index is the lane, in several arrays at once")]
 
 use super::{
     group::{Facets, Lanes},
