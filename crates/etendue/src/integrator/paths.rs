@@ -157,7 +157,7 @@ impl Paths {
         let progress = &mut self.progress[path];
         progress.is_whole = false;
         progress.eta *= (parts as f32).sqrt();
-        self.throughput[path] = self.throughput[path] * (1.0 / parts as f32);
+        self.throughput[path] *= 1.0 / parts as f32;
     }
 
     /// Adds a copy of path `path`, which has found nothing yet; its number.
