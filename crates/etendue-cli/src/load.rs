@@ -206,6 +206,7 @@ impl Loaded {
                 seed: input.seed,
                 threads,
                 max_depth: input.max_depth,
+                splitting: input.splitting,
                 sampler: input.sampler,
                 integrator: input.integrator,
                 filter: input.filter,

@@ -56,6 +56,8 @@ pub struct Input {
     pub integrator: Integrator,
     /// Most edges of a path, the camera segment included.
     pub max_depth: Option<u32>,
+    /// Parts of a sample; absent: chosen.
+    pub splitting: Option<u32>,
     /// Ray traversal.
     pub accelerator: AcceleratorKind,
     /// SHA-256 of all files read, see [`scene_hash`].
@@ -139,6 +141,7 @@ pub fn build_with(
         seed: description.sampler.seed,
         integrator: description.integrator.integrator,
         max_depth: description.integrator.depth,
+        splitting: description.integrator.splitting,
         accelerator: description.accelerator,
         scene_hash: scene_hash(sources),
         files: sources.ids().map(|id| sources.path(id).to_owned()).collect(),

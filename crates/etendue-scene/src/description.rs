@@ -320,6 +320,8 @@ pub struct IntegratorRecord {
     pub integrator: Integrator,
     /// Most edges of a path, the camera segment included; absent: no limit.
     pub depth: Option<u32>,
+    /// Parts of a sample, absent for as many as are worth it: see [`RenderSettings::splitting`](etendue::render::RenderSettings::splitting).
+    pub splitting: Option<u32>,
 }
 
 /// A material.

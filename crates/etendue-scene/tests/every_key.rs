@@ -65,7 +65,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[film]", "aovs") => "[\"depth\", \"albedo\"]",
         ("film.filter", "radius" | "sigma" | "b" | "c") => "0.75",
         ("[sampler]", "spp" | "seed") => "9",
-        ("[integrator]", "depth") => "8",
+        ("[integrator]", "depth" | "splitting") => "8",
         ("[integrator]", "distance") => "0.5",
         ("[accelerator]", "split") => "\"midpoint\"",
         ("[materials.NAME]", "emission") => "{ radiance = [1, 2, 3], two_sided = true }",
@@ -193,8 +193,11 @@ fn settings() {
     for name in ["path", "light-split", "brute", "normal", "uv", "depth", "ids", "ao"] {
         let scene = all_keys("[integrator]", "[integrator]", "type", name, &[]);
         assert_eq!(scene.integrator.integrator.name(), name);
-        assert_eq!(scene.integrator.depth.is_some(), ["path", "light-split", "brute"].contains(&name));
+        let solves = ["path", "light-split", "brute"].contains(&name);
+        let parts = if solves { 8 } else { 1 };
+        assert_eq!((scene.integrator.depth.is_some(), scene.integrator.splitting), (solves, Some(parts)));
     }
+    assert_eq!(read("[integrator]\nsplitting = \"auto\"\n").integrator.splitting, None);
     for name in ["bvh", "kdtree", "brute"] {
         all_keys("[accelerator]", "[accelerator]", "type", name, &[]);
     }

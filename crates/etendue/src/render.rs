@@ -7,8 +7,9 @@ use crate::{
     camera::{Camera, CameraError, CameraSettings},
     film::{Film, PixelRect},
     integrator::{
-        Integrator, bodies_about,
+        Integrator, MAX_PARTS, Splitting, bodies_about,
         wave::{Context, Counters, Wave},
+        worthwhile_parts,
     },
     sampling::{Filter, FilterSampler, Sampler},
     scene::Scene,
@@ -26,7 +27,7 @@ pub const MAX_WAVE: u32 = 1 << 16;
 /// Most threads.
 pub const MAX_THREADS: usize = 1024;
 
-/// How a picture is rendered. Only `spp`, `seed`, `max_depth`, `sampler`, `integrator` and `filter` change it.
+/// How a picture is rendered. Only `spp`, `seed`, `max_depth`, `splitting`, `sampler`, `integrator` and `filter` change it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
     /// Samples a pixel, 1 to [`MAX_SPP`].
@@ -37,6 +38,9 @@ pub struct RenderSettings {
     pub threads: usize,
     /// Longest path in edges, the camera segment included, at least 1; absent: no limit.
     pub max_depth: Option<u32>,
+    /// Parts in which the path of a sample goes on from its first vertex that scatters into more than single directions, 1 to
+    /// [`MAX_PARTS`]; absent: as many as some samples all over the picture say are worth their time.
+    pub splitting: Option<u32>,
     /// Where random numbers come from.
     pub sampler: Sampler,
     /// What is estimated, and how.
@@ -56,6 +60,7 @@ impl Default for RenderSettings {
             seed: 0,
             threads: 1,
             max_depth: None,
+            splitting: Some(1),
             sampler: Sampler::Sobol,
             integrator: Integrator::Path,
             filter: Filter::default(),
@@ -160,7 +165,7 @@ pub fn render(
     check(settings)?;
     let camera = Camera::new(camera, film.resolution(), scene.center())?;
     let filter = FilterSampler::new(settings.filter);
-    let context = Context {
+    let mut context = Context {
         scene,
         camera: &camera,
         camera_bodies: bodies_about(scene, camera.start()),
@@ -172,7 +177,10 @@ pub fn render(
         wants_layers: film.has_layers(),
         wants_direct: film.has_direct(),
         transparent: film.is_transparent(),
+        splitting: Splitting { parts: 1, apart: false },
     };
+    context.splitting.parts =
+        settings.splitting.unwrap_or_else(|| worthwhile_parts(&context, film.resolution(), || control.is_cancelled()));
     let units = Units::new(film.area(), settings);
     control.total.fetch_add(film.area().pixels() as u64 * u64::from(settings.spp), Ordering::Relaxed);
     let next = AtomicU64::new(0);
@@ -182,7 +190,8 @@ pub fn render(
             && let Some(unit) = units.get(next.fetch_add(1, Ordering::Relaxed))
         {
             let mut tile = film.tile(unit.rect);
-            let counters = wave.run(&context, &mut unit.samples(), &mut tile);
+            let counters =
+                wave.run(&context, &mut unit.samples(), &mut |pixel, index, sample| tile.add(pixel, index, sample));
             film.merge(&tile);
             control.finish_unit(unit.len(), counters);
         }
@@ -203,6 +212,7 @@ fn check(settings: &RenderSettings) -> Result<(), RenderError> {
         ("tile", u64::from(settings.tile), u64::from(MAX_TILE)),
         ("wave", u64::from(settings.wave), u64::from(MAX_WAVE)),
         ("depth", u64::from(settings.max_depth.unwrap_or(1)), u64::from(u32::MAX)),
+        ("splitting", u64::from(settings.splitting.unwrap_or(1)), u64::from(MAX_PARTS)),
     ];
     for (name, value, high) in ranges {
         if !(1..=high).contains(&value) {

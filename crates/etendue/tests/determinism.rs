@@ -80,7 +80,7 @@ fn scene(kind: AcceleratorKind, isa: Isa) -> Scene {
 }
 
 fn base() -> RenderSettings {
-    RenderSettings { spp: 20, seed: 7, threads: 2, ..RenderSettings::default() }
+    RenderSettings { spp: 10, seed: 7, threads: 2, splitting: Some(3), ..RenderSettings::default() }
 }
 
 fn layers(scene: &Scene, settings: &RenderSettings, crop: Option<[u32; 4]>) -> Image {
@@ -167,8 +167,8 @@ fn same_bits_for_every_sampler_filter_and_aperture() {
 #[test]
 fn a_crop_is_that_crop_of_the_whole() {
     let scene = scene(AcceleratorKind::Bvh, Isa::detect());
-    for sampler in [Sampler::Sobol, Sampler::Independent] {
-        let settings = RenderSettings { sampler, ..base() };
+    for (sampler, splitting) in [(Sampler::Sobol, None), (Sampler::Independent, Some(1))] {
+        let settings = RenderSettings { sampler, splitting, ..base() };
         let whole = bits(&layers(&scene, &settings, None));
         let [x0, y0, x1, y1] = [11, 5, 40, 29];
         let part = bits(&layers(&scene, &settings, Some([x0, y0, x1, y1])));

@@ -160,6 +160,8 @@ fn replicates(scene: &Scene, view: &CameraSettings, integrator: usize, spp: u32)
         let mut settings = statistics(SOLVERS[integrator], spp);
         settings.seed = 1000 * (integrator as u64 + 1) + replicate;
         settings.max_depth = Some(12);
+        // What is split agrees with what is not.
+        settings.splitting = Some([3, 1, 1][integrator]);
         all.push(&interleaved(&picture(scene, view, SIZE, &settings)));
     }
     all

@@ -120,6 +120,7 @@ fn lanes_scatter_as_single_vertices_do() {
                 integrator,
                 sampler,
                 max_depth: Some(9),
+                splitting: Some(if open { 1 } else { 2 }),
                 threads: 2,
                 ..RenderSettings::default()
             };

@@ -67,7 +67,7 @@ fn direct_light_has_two_edges_in_media_too() {
     for world in [false, true] {
         let (scene, view) = bodies_before_a_wall(world);
         for integrator in SOLVERS {
-            let settings = RenderSettings { max_depth: Some(6), ..statistics(integrator, 16) };
+            let settings = RenderSettings { max_depth: Some(6), splitting: Some(2), ..statistics(integrator, 16) };
             let two_edges = RenderSettings { max_depth: Some(2), ..settings.clone() };
             let two_edges = developed(&scene, &view, &two_edges, &[], false);
             let image = developed(&scene, &view, &settings, &[Aov::Direct], false);

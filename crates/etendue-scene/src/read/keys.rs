@@ -107,10 +107,13 @@ pub static FILTER: Section = Section {
 /// Random numbers.
 pub static SAMPLER: Section = Section { name: "[sampler]", keys: &[all("type"), all("spp"), all("seed")] };
 
+/// Integrators that solve the rendering equation.
+const SOLVERS: &[&str] = &["path", "light-split", "brute"];
+
 /// Light transport.
 pub static INTEGRATOR: Section = Section {
     name: "[integrator]",
-    keys: &[all("type"), of("depth", &["path", "light-split", "brute"]), of("distance", &["ao"])],
+    keys: &[all("type"), of("depth", SOLVERS), of("splitting", SOLVERS), of("distance", &["ao"])],
 };
 
 /// Ray traversal.

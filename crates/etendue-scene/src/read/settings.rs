@@ -16,7 +16,7 @@ use crate::{
 use etendue::{
     camera::MAX_BLADES,
     film::Aov,
-    integrator::Integrator,
+    integrator::{Integrator, MAX_PARTS},
     math::DVec3,
     render::MAX_SPP,
     sampling::{Filter, Sampler},
@@ -286,7 +286,7 @@ pub fn sampler(file: &Fields) -> SamplerRecord {
 
 /// `[integrator]`.
 pub fn integrator(file: &Fields) -> IntegratorRecord {
-    let mut record = IntegratorRecord { integrator: Integrator::Path, depth: None };
+    let mut record = IntegratorRecord { integrator: Integrator::Path, depth: None, splitting: Some(1) };
     let Some(mut fields) = section(file, "integrator", &keys::INTEGRATOR) else { return record };
     let kinds = Integrator::ALL.map(|i| (i.name(), i));
     record.integrator = fields.variant("type", &kinds, Some("path")).unwrap_or(record.integrator);
@@ -294,11 +294,21 @@ pub fn integrator(file: &Fields) -> IntegratorRecord {
         Integrator::Ao { distance } => *distance = fields.read("distance", |i| i.number_f32(Bounds::LENGTH)),
         Integrator::Path | Integrator::LightSplit | Integrator::Brute => {
             record.depth = fields.read("depth", |i| i.integer_u32(1, MAX_DEPTH));
+            record.splitting = fields.read("splitting", |i| splitting(&i)).unwrap_or(record.splitting);
         }
         Integrator::Normal | Integrator::Uv | Integrator::Depth | Integrator::Ids => {}
     }
     fields.finish();
     record
+}
+
+/// Parts of a sample; the inner `None` for `"auto"`.
+fn splitting(item: &Item) -> Option<Option<u32>> {
+    if let Data::String(_) = item.value.data {
+        item.choice(&[("auto", None)])
+    } else {
+        item.integer_u32(1, MAX_PARTS).map(Some)
+    }
 }
 
 /// `[accelerator]`.

@@ -11,7 +11,7 @@ use crate::{
 use etendue::{
     bsdf::{GrooveForm, metals},
     film::Aov,
-    integrator::Integrator,
+    integrator::{Integrator, MAX_PARTS},
     medium::{DensityGrid, PhaseFunction, PhaseKind, presets},
     render::MAX_SPP,
     sampling::{Filter, Sampler},
@@ -205,6 +205,7 @@ fn integrator(key: &str) -> Option<Kind> {
     Some(match key {
         "type" => all(&Integrator::ALL, Integrator::name),
         "depth" => Integer(1, MAX_DEPTH.into()),
+        "splitting" => Kind::Any(vec![Integer(1, MAX_PARTS.into()), choice(&["auto"])]),
         "distance" => Number(Bounds::LENGTH),
         _ => return None,
     })

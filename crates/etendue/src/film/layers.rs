@@ -136,6 +136,7 @@ impl Layers {
     #[inline]
     pub fn identify(&mut self, at: usize, sample: &PathSample, index: u32) {
         if index == 0
+            && sample.part == 0
             && let Some(ids) = self.ids.get_mut(at)
         {
             *ids = [sample.first.object, sample.first.material];
@@ -146,6 +147,10 @@ impl Layers {
     #[inline]
     pub fn add(&mut self, plan: &Plan, at: usize, sample: &PathSample) {
         for (quantity, offset) in &plan.quantities {
+            // A part only has light.
+            if sample.part > 0 && *quantity != Quantity::Direct {
+                continue;
+            }
             let from = at * plan.sums + offset;
             let fraction = quantity.fraction();
             let sums = self.sums[from..from + quantity.width()].iter_mut();
@@ -158,7 +163,7 @@ impl Layers {
         }
         if let Some(hits) = self.hits.get_mut(at) {
             // Where there is no surface, all its numbers are 0.
-            *hits += u32::from(sample.first.object != 0);
+            *hits += u32::from(sample.first.object != 0 && sample.part == 0);
         }
     }
 

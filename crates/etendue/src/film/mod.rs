@@ -11,6 +11,7 @@ mod sums;
 
 use crate::{
     image::Image,
+    integrator::MAX_PARTS,
     math::{Vec2, Vec3},
     spectrum::Spectrum,
 };
@@ -70,6 +71,8 @@ pub struct PathSample {
     pub met_surface: bool,
     /// The first surface, if there was one and layers want it.
     pub first: FirstHit,
+    /// Which part of a sample this is. All but the first are more light of a sample that is counted already.
+    pub part: u32,
 }
 
 /// The first surface that a camera ray met, for the extra layers.
@@ -137,15 +140,20 @@ impl TileSums<'_> {
     #[inline]
     pub fn add(&mut self, pixel: [u32; 2], index: u32, sample: &PathSample) {
         let at = (pixel[1] - self.rect.y0) as usize * self.rect.width() as usize + (pixel[0] - self.rect.x0) as usize;
-        self.layers.identify(at, sample, index);
         let colour = sample.radiance * sample.weight;
-        if !colour.0.iter().all(|v| is_storable(*v, LIGHT)) {
+        if sample.part > 0 && colour.is_black() {
+            return;
+        }
+        self.layers.identify(at, sample, index);
+        // All parts together have room for as much as one sample.
+        let room = if sample.part > 0 { MAX_PARTS as f32 } else { 1.0 };
+        if !colour.0.iter().all(|v| is_storable(*v * room, LIGHT)) {
             self.left_out += 1;
             let first = self.first_left_out.get_or_insert(pixel);
             *first = (*first).min_by_row(pixel);
             return;
         }
-        self.colour[at].add(colour, (index & 1) as usize);
+        self.colour[at].add(colour, (index & 1) as usize, sample.part == 0);
         self.layers.add(self.plan, at, sample);
     }
 }

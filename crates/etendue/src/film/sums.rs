@@ -11,11 +11,11 @@ const DIFFERENCE: i32 = 24;
 /// Differences are kept modulo 2^64; while the sum stays below this they cannot have wrapped.
 const DIFFERENCE_LIMIT: f64 = 549_755_813_888.0; // 2^(63 - DIFFERENCE)
 
-/// True for what a sum with `fraction` bits can take: finite, and so small that 2^24 of them still fit.
+/// True for what a sum with `fraction` bits can take: finite, and so small that 2^25 of them still fit.
 #[inline]
 pub(super) fn is_storable(value: f32, fraction: i32) -> bool {
-    // 2^(103 - fraction), by its exponent.
-    value.abs() < f32::from_bits(((103 - fraction + 127) as u32) << 23)
+    // 2^(102 - fraction), by its exponent.
+    value.abs() < f32::from_bits(((102 - fraction + 127) as u32) << 23)
 }
 
 /// `value` as fixed point with `fraction` bits; exact for all but tiny values, which are rounded towards zero.
@@ -54,14 +54,15 @@ pub(super) struct ColourSums {
 }
 
 impl ColourSums {
-    pub fn add(&mut self, radiance: Spectrum, half: usize) {
+    /// Adds light of a half; `counts` if it is a sample, not more light of one.
+    pub fn add(&mut self, radiance: Spectrum, half: usize, counts: bool) {
         for (channel, value) in radiance.0.into_iter().enumerate() {
             let fixed = to_fixed(value, LIGHT);
             let coarse = (fixed >> (LIGHT - DIFFERENCE)) as i64;
             self.sum[channel] += fixed;
             self.difference[channel] = self.difference[channel].wrapping_add(if half == 0 { coarse } else { -coarse });
         }
-        self.count[half] += 1;
+        self.count[half] += u32::from(counts);
     }
 
     pub fn merge(&mut self, other: &Self) {
@@ -123,15 +124,15 @@ mod tests {
         }
     }
 
-    /// The largest value that is taken fits 2^24 times.
+    /// The largest value that is taken fits 2^25 times: as many samples, each with as much again in its parts.
     #[test]
     fn what_is_storable_fits() {
-        for (fraction, limit) in [(LIGHT, 549_755_813_888.0f32), (LENGTH, 36_028_797_018_963_968.0)] {
+        for (fraction, limit) in [(LIGHT, 274_877_906_944.0f32), (LENGTH, 18_014_398_509_481_984.0)] {
             let largest = f32::from_bits(limit.to_bits() - 1);
             assert!(is_storable(largest, fraction) && is_storable(-largest, fraction) && !is_storable(limit, fraction));
             assert!(![f32::NAN, f32::INFINITY].iter().any(|v| is_storable(*v, fraction)));
-            let most = to_fixed(largest, fraction).checked_mul(1 << 24).expect("fits");
-            assert_eq!(from_fixed(most, fraction) / 16_777_216.0, f64::from(largest));
+            let most = to_fixed(largest, fraction).checked_mul(1 << 25).expect("fits");
+            assert_eq!(from_fixed(most, fraction) / 33_554_432.0, f64::from(largest));
         }
     }
 
@@ -143,7 +144,7 @@ mod tests {
             let mut total = ColourSums::default();
             for part in order.chunks(chunk) {
                 let mut sums = ColourSums::default();
-                part.iter().for_each(|&i| sums.add(Spectrum([values[i], -values[i], 0.5]), i & 1));
+                part.iter().for_each(|&i| sums.add(Spectrum([values[i], -values[i], 0.5]), i & 1, true));
                 total.merge(&sums);
             }
             (total.sum, total.difference, total.count)

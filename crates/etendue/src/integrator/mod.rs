@@ -6,13 +6,18 @@ mod enclosure;
 mod horizon;
 mod lanes;
 mod paths;
+mod pilot;
 mod shade;
 mod shadow;
+mod splitting;
 mod views;
 mod volume;
 pub(crate) mod wave;
 
 pub(crate) use enclosure::bodies_about;
+pub(crate) use pilot::worthwhile_parts;
+pub use splitting::MAX_PARTS;
+pub(crate) use splitting::Splitting;
 
 use crate::film::UnknownName;
 use std::{fmt, str::FromStr};

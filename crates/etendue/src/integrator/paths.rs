@@ -62,6 +62,8 @@ pub(super) struct SampleId {
     pub index: u32,
     /// Weight of the sample in the pixel; negative in the negative lobes of a filter.
     pub weight: f32,
+    /// Which of the parts that the sample was split into; 0 for the first, or all of it.
+    pub part: u32,
 }
 
 /// How far a path has come.
@@ -71,10 +73,13 @@ pub(super) struct Progress {
     pub depth: u32,
     /// Vertex number for random dimensions; also counts vertices where the path passed straight through.
     pub vertex: u32,
-    /// Index of refraction where the path is over that where it started.
+    /// Index of refraction where the path is over that where it started, times the root of the number of parts that the sample was
+    /// split into: the throughput times its square is what roulette goes by.
     pub eta: f32,
     /// False once nothing more can come.
     pub alive: bool,
+    /// True until the sample is split: see [`each_part`](super::splitting::each_part).
+    pub is_whole: bool,
 }
 
 macro_rules! structure_of_arrays {
@@ -86,6 +91,12 @@ macro_rules! structure_of_arrays {
         impl $name {
             pub fn with_capacity(n: usize) -> Self {
                 Self { $($field: Vec::with_capacity(n)),* }
+            }
+
+            fn duplicate(&mut self, index: usize) {
+                $(if let Some(copy) = self.$field.get(index).copied() {
+                    self.$field.push(copy);
+                })*
             }
 
             pub fn swap_remove(&mut self, index: usize) {
@@ -131,7 +142,7 @@ impl Paths {
         if !self.circles.is_empty() {
             self.circles.push(LightCircle::default());
         }
-        self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true });
+        self.progress.push(Progress { depth: 1, vertex: 1, eta: 1.0, alive: true, is_whole: true });
         self.cones.push(cone);
         if first {
             self.first.push(FirstHit::default());
@@ -139,6 +150,25 @@ impl Paths {
         if direct {
             self.direct.push(Spectrum::BLACK);
         }
+    }
+
+    /// Leaves path `path` what one of so many parts has.
+    pub fn split(&mut self, path: usize, parts: u32) {
+        let progress = &mut self.progress[path];
+        progress.is_whole = false;
+        progress.eta *= (parts as f32).sqrt();
+        self.throughput[path] *= 1.0 / parts as f32;
+    }
+
+    /// Adds a copy of path `path`, which has found nothing yet; its number.
+    pub fn branch(&mut self, path: usize) -> usize {
+        self.duplicate(path);
+        let branch = self.len() - 1;
+        self.radiance[branch] = Spectrum::BLACK;
+        if let Some(direct) = self.direct.get_mut(branch) {
+            *direct = Spectrum::BLACK;
+        }
+        branch
     }
 
     /// To be called after [`Self::push`] in a scene with media: the path starts inside of some bodies.

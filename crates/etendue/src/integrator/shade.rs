@@ -7,6 +7,7 @@ use super::{
     lanes::{Groups, SurfaceVertex},
     paths::{Flown, Paths, Previous},
     shadow::ShadowQueue,
+    splitting::each_part,
     volume,
     wave::Context,
 };
@@ -115,9 +116,16 @@ pub(super) fn shade<const MEDIA: bool>(
         groups.take(context, strategy, paths, path, &vertex, shadows);
         return;
     }
-    if strategy != Strategy::Bsdf && !vertex.bsdf.is_delta() {
-        sample_light::<MEDIA>(context, strategy, paths, path, &vertex, shadows);
-    } else if strategy != Strategy::Bsdf
+    if !vertex.bsdf.is_delta() {
+        each_part(context, paths, path, |paths, path| {
+            if strategy != Strategy::Bsdf {
+                sample_light::<MEDIA>(context, strategy, paths, path, &vertex, shadows);
+            }
+            paths.progress[path].alive = scatter::<MEDIA>(context, paths, path, &vertex);
+        });
+        return;
+    }
+    if strategy != Strategy::Bsdf
         && let Some(circle) = vertex.bsdf.circle(vertex.local_wo)
     {
         circle::sample_light::<MEDIA>(context, strategy, paths, path, &vertex, &circle, shadows);

@@ -19,6 +19,7 @@ use super::{
     paths::{Flown, Paths, Previous},
     shade::{Strategy, first_hit_at, survives},
     shadow::ShadowQueue,
+    splitting::each_part,
     wave::Context,
 };
 use crate::{
@@ -85,10 +86,12 @@ pub(super) fn travel(
     }
     let flown = Flown { segment, distance, density: flight.density, extinction: densest(medium) };
     let at = MediumPoint { medium, position: before(context, &ray, &hit, &segment, distance), wo: -segment.direction };
-    if strategy != Strategy::Bsdf {
-        sample_light(context, strategy, paths, path, (&at, &flown), shadows);
-    }
-    paths.progress[path].alive = scatter(context, paths, path, (&at, flown));
+    each_part(context, paths, path, |paths, path| {
+        if strategy != Strategy::Bsdf {
+            sample_light(context, strategy, paths, path, (&at, &flown), shadows);
+        }
+        paths.progress[path].alive = scatter(context, paths, path, (&at, flown));
+    });
     false
 }
 

@@ -7,18 +7,20 @@ use super::{
     paths::{Paths, SampleId},
     shade::{self, Strategy},
     shadow::ShadowQueue,
+    splitting::Splitting,
     views,
 };
 use crate::{
     bsdf::LANES,
     camera::Camera,
-    film::{PathSample, TileSums},
+    film::PathSample,
     sampling::{FilterSampler, KeyLanes, SampleKey, Sampler, Slot},
     scene::{BodyStack, Scene},
 };
 use etendue_accel::{Kernel, PrimitiveId, Ray, run};
 
 /// What all paths of a render share.
+#[derive(Clone)]
 pub(crate) struct Context<'a> {
     pub scene: &'a Scene,
     pub camera: &'a Camera,
@@ -33,6 +35,7 @@ pub(crate) struct Context<'a> {
     pub wants_direct: bool,
     /// Camera rays that meet nothing bring nothing home.
     pub transparent: bool,
+    pub splitting: Splitting,
 }
 
 impl Context<'_> {
@@ -105,12 +108,12 @@ impl Wave {
         }
     }
 
-    /// Traces all `samples` (absolute pixel, sample index) into `tile`.
+    /// Traces all `samples` (absolute pixel, sample index), and hands what their parts bring home to `keep`.
     pub fn run(
         &mut self,
         context: &Context,
         samples: &mut dyn Iterator<Item = ([u32; 2], u32)>,
-        tile: &mut TileSums,
+        keep: &mut impl FnMut([u32; 2], u32, &PathSample),
     ) -> Counters {
         let mut counters = Counters::default();
         loop {
@@ -123,7 +126,7 @@ impl Wave {
             context.scene.prefetch_surfaces(&self.paths.hits);
             self.shade(context);
             counters.rays += self.shadows.trace(context.scene, &mut self.paths);
-            counters.overflowed += self.retire(tile);
+            counters.overflowed += self.retire(keep);
         }
     }
 
@@ -165,7 +168,7 @@ impl Wave {
             mask: u32::MAX,
             skip: PrimitiveId::NONE,
         };
-        let id = SampleId { key, pixel, index, weight };
+        let id = SampleId { key, pixel, index, weight, part: 0 };
         let cone = context.camera.cone(camera_ray.direction);
         self.paths.push(ray, cone, id, context.wants_layers, context.wants_direct);
         if context.has_media() {
@@ -217,22 +220,23 @@ impl Wave {
 
     /// Hands finished paths to the film and closes the gaps.
     /// Returns how many of them lay in more bodies than are told apart.
-    fn retire(&mut self, tile: &mut TileSums) -> u64 {
+    fn retire(&mut self, keep: &mut impl FnMut([u32; 2], u32, &PathSample)) -> u64 {
         let (mut path, mut overflowed) = (0, 0);
         while path < self.paths.len() {
             if self.paths.progress[path].alive {
                 path += 1;
                 continue;
             }
-            let SampleId { pixel, index, weight, .. } = self.paths.samples[path];
+            let SampleId { pixel, index, weight, part, .. } = self.paths.samples[path];
             let sample = PathSample {
                 radiance: self.paths.radiance[path],
                 direct: self.paths.direct(path),
                 weight,
                 met_surface: self.paths.met_something(path),
                 first: self.paths.first(path),
+                part,
             };
-            tile.add(pixel, index, &sample);
+            keep(pixel, index, &sample);
             overflowed += u64::from(self.paths.bodies.get(path).is_some_and(|bodies| bodies.overflowed));
             self.paths.swap_remove(path);
         }

@@ -81,6 +81,27 @@ pub struct SampleKey {
     pub index: u32,
 }
 
+impl SampleKey {
+    /// The key of the sample from where it is split: apart from those of samples that never are.
+    #[inline]
+    pub(crate) fn split_off(self) -> Self {
+        Self { stream: mix(self.stream ^ GOLDEN), ..self }
+    }
+
+    /// The key of part `part` of a sample, independent of its other parts.
+    #[inline]
+    pub(crate) fn apart(self, part: u32) -> Self {
+        Self { stream: mix(self.stream ^ u64::from(part)), ..self }
+    }
+
+    /// The key of part `part` of `parts`, the same number for all samples: together the parts of consecutive samples are as many
+    /// consecutive samples.
+    #[inline]
+    pub(crate) fn part(self, part: u32, parts: u32) -> Self {
+        Self { index: self.index.wrapping_mul(parts).wrapping_add(part), ..self }
+    }
+}
+
 /// The sample keys of many paths with the vertex that each is at: a structure of arrays, for loops that become vector code.
 #[derive(Clone)]
 pub(crate) struct KeyLanes<const N: usize> {

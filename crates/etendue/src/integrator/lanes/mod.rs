@@ -10,7 +10,7 @@ mod lights;
 mod numbers;
 mod stages;
 
-use super::{paths::Paths, shade::Strategy, shadow::ShadowQueue, wave::Context};
+use super::{paths::Paths, shade::Strategy, shadow::ShadowQueue, splitting, wave::Context};
 use crate::{
     bsdf::{Diffuse, Glass, InLanes, Lambert, LaneBsdf, Mirror, Mtl, PhongInLanes, RoughGlass, RoughMetal},
     math::Vec3,
@@ -58,6 +58,12 @@ impl<B: LaneBsdf> Group<B> {
     }
 }
 
+/// As [`splitting::each_part`], for a BSDF that may have nothing but single directions.
+#[inline]
+fn each_part<B: LaneBsdf>(context: &Context, paths: &mut Paths, path: usize, mut push: impl FnMut(&mut Paths, usize)) {
+    if B::IS_DELTA { push(paths, path) } else { splitting::each_part(context, paths, path, push) }
+}
+
 macro_rules! groups {
     ($($group:ident: $Kind:ident($Bsdf:ty)),* $(,)?) => {
         /// The vertices of a wave that are in lanes, by how they scatter.
@@ -93,10 +99,12 @@ macro_rules! groups {
                 match *bsdf {
                     $(InLanes::$Kind(bsdf) => {
                         let lanes = &mut self.$group.facets;
-                        lanes.push_facet(paths, path, &corners, bsdf);
-                        if lanes.is_full() {
-                            lanes.finish::<$Bsdf>(context, strategy, paths, shadows);
-                        }
+                        each_part::<$Bsdf>(context, paths, path, |paths, path| {
+                            lanes.push_facet(paths, path, &corners, bsdf);
+                            if lanes.is_full() {
+                                lanes.finish::<$Bsdf>(context, strategy, paths, shadows);
+                            }
+                        });
                     })*
                 }
                 true
@@ -116,10 +124,12 @@ macro_rules! groups {
                 match *bsdf {
                     $(InLanes::$Kind(bsdf) => {
                         let lanes = &mut self.$group.vertices;
-                        lanes.push(paths, path, vertex, bsdf);
-                        if lanes.is_full() {
-                            lanes.finish::<$Bsdf>(context, strategy, paths, shadows);
-                        }
+                        each_part::<$Bsdf>(context, paths, path, |paths, path| {
+                            lanes.push(paths, path, vertex, bsdf);
+                            if lanes.is_full() {
+                                lanes.finish::<$Bsdf>(context, strategy, paths, shadows);
+                            }
+                        });
                     })*
                 }
             }
