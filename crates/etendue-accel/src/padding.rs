@@ -65,7 +65,7 @@ const SLACK: f64 = 32.0 / (1 << 24) as f64;
 const FLOOR: f64 = 1.0 / (1_u128 << 100) as f64;
 
 /// Smallest component of a box test's direction, relative to the largest.
-const FLATTEST: f32 = 1.0 / (1_u64 << 32) as f32;
+pub(crate) const FLATTEST: f32 = 1.0 / (1_u64 << 32) as f32;
 
 /// The pad of one structure as a function of the ray: `slope * |o| + constant`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,13 @@ impl Padding {
     /// The pad for a ray.
     #[inline(always)]
     pub fn of(&self, ray: &LocalRay) -> f32 {
-        least(self.slope * ray.origin_reach() + self.constant, 4.0 * COORDINATE_LIMIT)
+        self.at(ray.origin_reach())
+    }
+
+    /// The pad for a ray whose origin reaches so far.
+    #[inline(always)]
+    pub fn at(&self, origin_reach: f32) -> f32 {
+        least(self.slope * origin_reach + self.constant, 4.0 * COORDINATE_LIMIT)
     }
 }
 

@@ -24,11 +24,23 @@ impl Search {
     /// The search and the ray in world space; `None` if the ray hits nothing by definition.
     #[inline(always)]
     pub fn start(ray: &Ray) -> Option<(Self, LocalRay)> {
-        let t_min = if ray.t_min < 0.0 { 0.0 } else { ray.t_min };
-        let in_order = t_min < ray.t_max;
+        let search = Self::new(ray);
+        let in_order = search.t_min < ray.t_max;
         let local = LocalRay::new(ray.origin, ray.direction)?;
+        in_order.then_some((search, local))
+    }
+
+    /// The search of a ray that may hit something.
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Self {
         let best = Hit { t: ray.t_max, ..Hit::MISS };
-        in_order.then_some((Self { t_min, t_max: ray.t_max, mask: ray.mask, skip: ray.skip, best }, local))
+        Self { t_min: Self::first_t(ray), t_max: ray.t_max, mask: ray.mask, skip: ray.skip, best }
+    }
+
+    /// Where a ray's range begins.
+    #[inline(always)]
+    pub fn first_t(ray: &Ray) -> f32 {
+        if ray.t_min < 0.0 { 0.0 } else { ray.t_min }
     }
 
     /// The result.

@@ -128,6 +128,21 @@ impl Targets {
     }
 }
 
+impl Targets {
+    /// A ray a little beside another: from the same point or from near it.
+    fn beside(&self, mut ray: Ray, rng: &mut Rng) -> Ray {
+        let length = dot(ray.direction, ray.direction).sqrt();
+        ray.direction = add(ray.direction, scale(rng.direction(), length * *rng.pick(&[0.0, 1e-4, 0.03])));
+        ray.origin = add(ray.origin, scale(rng.direction(), self.reach * *rng.pick(&[0.0, 0.0, 1e-3])));
+        if rng.chance(0.2) {
+            ray.t_max = *rng.pick(&[f32::INFINITY, self.reach / length, 0.5]);
+            ray.mask = *rng.pick(&[!0, 1, 2]);
+            ray.skip = if self.ids.is_empty() { PrimitiveId::NONE } else { *rng.pick(&self.ids) };
+        }
+        ray
+    }
+}
+
 fn bits(hit: &Hit) -> [u32; 5] {
     [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.id.instance, hit.id.primitive]
 }
@@ -146,8 +161,17 @@ fn compare(name: &str, world: &World, count: usize, seed: u64) -> usize {
         let slice = left.min(SLICE);
         left -= slice;
         rays.clear();
-        // Half of the rays leave hits of the rays before them, skipping what they left, as paths do.
+        // In every second slice most rays go beside the one before them, as those of a camera do.
+        let together = (left / SLICE).is_multiple_of(2);
+        // Some of the rays leave hits of the rays before them, skipping what they left, as paths do.
         for _ in 0..slice {
+            if let Some(&last) = rays.last()
+                && together
+                && !rng.chance(0.02)
+            {
+                rays.push(targets.beside(last, &mut rng));
+                continue;
+            }
             let mut next = targets.ray(&mut rng);
             if rng.chance(0.3) && !expected.is_empty() {
                 let (previous, hit): &(Ray, Hit) = rng.pick(&expected);

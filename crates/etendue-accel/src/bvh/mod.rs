@@ -1,8 +1,10 @@
 //! The 8-wide bounding volume hierarchy.
 
+pub(crate) mod beam;
 mod build;
 mod collapse;
 pub(crate) mod node;
+mod packets;
 mod refit;
 mod rounds;
 mod traverse;

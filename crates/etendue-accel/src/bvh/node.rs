@@ -27,6 +27,12 @@ pub(crate) struct Node {
 /// The row of near planes of each axis for a ray; the far planes are in the row whose number differs in the lowest bit.
 #[inline(always)]
 pub(crate) fn near_rows(ray: &SlabRay) -> [usize; 3] {
+    near_rows_of(ray.octant)
+}
+
+/// The same for an octant.
+#[inline(always)]
+pub(crate) fn near_rows_of(octant: u32) -> [usize; 3] {
     const ROWS: [[usize; 3]; 8] = {
         let mut rows = [[0; 3]; 8];
         let mut octant = 0;
@@ -36,7 +42,7 @@ pub(crate) fn near_rows(ray: &SlabRay) -> [usize; 3] {
         }
         rows
     };
-    ROWS[ray.octant as usize & 7]
+    ROWS[octant as usize & 7]
 }
 
 impl Node {

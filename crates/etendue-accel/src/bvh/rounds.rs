@@ -138,7 +138,8 @@ struct Pending {
 pub(super) struct Rounds<'a, F> {
     scene: Scene<'a>,
     rays: &'a [Ray],
-    /// The ray that starts next.
+    /// The indices of the rays to trace, and the place of the one that starts next.
+    list: &'a [u32],
     next: usize,
     finish: F,
     slots: [Slot; SLOTS],
@@ -147,19 +148,19 @@ pub(super) struct Rounds<'a, F> {
 }
 
 impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
-    /// `finish` gets the index of each ray and what was found.
+    /// Traces the rays of a list of indices; `finish` gets the index of each and what was found.
     #[inline(always)]
     pub fn run<S: Simd, const ANY: bool>(
         simd: S,
         scene: Scene<'a>,
-        rays: &'a [Ray],
+        (rays, list): (&'a [Ray], &'a [u32]),
         stacks: &'a mut Stacks,
         finish: F,
     ) {
         let mut lists = Lists { nodes: List::EMPTY, packs: List::EMPTY, ready: List::EMPTY, rest: List::EMPTY };
         let slots = std::array::from_fn(|place| Slot::empty(place * scene.bvh.stack_len));
         let places = Places::new(&scene);
-        let mut rounds = Self { scene, rays, next: 0, finish, slots, stacks, places };
+        let mut rounds = Self { scene, rays, list, next: 0, finish, slots, stacks, places };
         for place in 0..SLOTS {
             rounds.stacks.put(rounds.slots[place].bottom, END);
             if rounds.start(place) {
@@ -176,8 +177,9 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
     /// Puts the next ray that can hit anything into a slot, if there is one; those before it miss.
     #[inline(always)]
     fn start(&mut self, place: usize) -> bool {
-        while let Some(ray) = self.rays.get(self.next) {
-            let index = self.next;
+        while let Some(&index) = self.list.get(self.next) {
+            let index = index as usize;
+            let ray = &self.rays[index];
             self.next += 1;
             if self.slots[place].start(&self.scene, ray, index) {
                 return true;

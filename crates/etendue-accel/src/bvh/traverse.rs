@@ -5,6 +5,7 @@ use std::cell::Cell;
 use super::Bvh;
 use super::collapse::Root;
 use super::node::{Child, LANES, Node, Pack, WIDTH};
+use super::packets::{BeamStack, beams};
 use super::rounds::{Rounds, SLOTS};
 use crate::geometry::World;
 use crate::isa::SimdKernel;
@@ -32,7 +33,16 @@ const FEW_RAYS: usize = 4;
 
 thread_local! {
     /// The stacks of a thread's rays, kept from call to call.
-    static STACKS: Cell<Stacks> = const { Cell::new(Stacks { entries: Vec::new(), words: Vec::new() }) };
+    static STACKS: Cell<Option<Box<Rooms>>> = const { Cell::new(None) };
+}
+
+/// What a thread needs to trace rays.
+#[derive(Debug, Default)]
+struct Rooms {
+    stacks: Stacks,
+    beams: BeamStack,
+    /// Rays that no beam has traced.
+    others: Vec<u32>,
 }
 
 /// What rays have still to visit: child words with the entry distances of their boxes. The stacks of several rays are close to
@@ -84,19 +94,23 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let mut stacks = STACKS.take();
+        let mut rooms = STACKS.take().unwrap_or_default();
+        let Rooms { stacks, beams: beam_stack, others } = &mut *rooms;
         let scene = Scene { world: self.world, bvh: self.bvh };
         if self.rays.len() < FEW_RAYS {
             stacks.grow(1, self.bvh.stack_len);
             for (index, ray) in self.rays.iter().enumerate() {
-                let hit = scene.trace::<S, ANY>(simd, ray, &mut stacks);
+                let hit = scene.trace::<S, ANY>(simd, ray, stacks);
                 (self.finish)(index, hit);
             }
         } else {
-            stacks.grow(SLOTS, self.bvh.stack_len);
-            Rounds::run::<S, ANY>(simd, scene, self.rays, &mut stacks, self.finish);
+            beams::<S, ANY>(simd, &scene, self.rays, beam_stack, others, &mut self.finish);
+            if !others.is_empty() {
+                stacks.grow(SLOTS, self.bvh.stack_len);
+                Rounds::run::<S, ANY>(simd, scene, (self.rays, others), stacks, self.finish);
+            }
         }
-        STACKS.set(stacks);
+        STACKS.set(Some(rooms));
     }
 }
 
@@ -288,7 +302,7 @@ impl Scene<'_> {
     }
 
     #[inline(always)]
-    fn is_seen(&self, instance: u32, search: &Search) -> bool {
+    pub fn is_seen(&self, instance: u32, search: &Search) -> bool {
         self.world.instances[instance as usize].mask & search.mask != 0
     }
 

@@ -2,6 +2,7 @@
 //! filter of sixteen rays on many.
 
 use crate::bounds::{greatest, least};
+use crate::bvh::beam::{self, BEAM, Beam, Lanes};
 use crate::bvh::node::{LANES, Node, Pack, WIDTH, near_rows};
 use crate::flat::{self, FlatTriangle, Group, Pairs};
 use crate::local_ray::LocalRay;
@@ -9,6 +10,8 @@ use crate::padding::SlabRay;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;
+#[cfg(target_arch = "x86_64")]
+mod x86_beam;
 #[cfg(target_arch = "x86_64")]
 mod x86_scan;
 
@@ -28,6 +31,17 @@ pub(crate) trait Simd: Copy {
     /// A bit for every triangle that the exact test of [`crate::triangle`] may accept. The sheared corners have the same
     /// bits as there, so what is rejected here would be rejected there.
     fn candidates(self, pack: &Pack, ray: &LocalRay) -> u32;
+
+    /// The children whose padded boxes any ray of the beam enters, the nearest last: where the rays enter, NaN for those that
+    /// do not, and words; how many there are.
+    fn beam_children(self, node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize;
+
+    /// A bit for every ray that enters a box at or before its bound.
+    fn waiting(self, enters: &Lanes, bound: &Lanes) -> u32;
+
+    /// A bit for every ray of the beam that the exact test may let hit a triangle of the pack within its range. Where there
+    /// is any, also the corners as sheared for each ray.
+    fn beam_triangle(self, pack: &Pack, place: usize, beam: &Beam, sheared: &mut [[[f32; BEAM]; 3]; 3]) -> u32;
 
     /// Lists the pairs of a triangle and a ray of the group that the exact test of [`crate::triangle`] may accept as the
     /// closest hit, at most [`flat::LIMIT`] triangles. The axis is that of the rays' largest components. With `ANY` gives
@@ -104,6 +118,21 @@ impl Simd for Portable {
             found |= u32::from(same_side) << i;
         }
         found
+    }
+
+    #[inline(always)]
+    fn beam_children(self, node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize {
+        beam::children(node, beam, enters, words)
+    }
+
+    #[inline(always)]
+    fn waiting(self, enters: &Lanes, bound: &Lanes) -> u32 {
+        beam::waiting(enters, bound)
+    }
+
+    #[inline(always)]
+    fn beam_triangle(self, pack: &Pack, place: usize, beam: &Beam, sheared: &mut [[[f32; BEAM]; 3]; 3]) -> u32 {
+        beam::triangle(pack, place, beam, sheared)
     }
 
     #[inline(always)]

@@ -5,7 +5,9 @@
 use std::arch::x86_64::*;
 
 use super::Simd;
+use super::x86_beam::{beam_children, beam_triangle, waiting};
 use super::x86_scan::{scan_avx2, scan_avx512};
+use crate::bvh::beam::{self, BEAM, Beam, Lanes};
 use crate::bvh::node::{Node, Pack, WIDTH, near_rows};
 use crate::flat::{FlatTriangle, Group, Pairs};
 use crate::isa::SimdKernel;
@@ -51,6 +53,21 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn beam_children(self, node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize {
+        beam::children(node, beam, enters, words)
+    }
+
+    #[inline(always)]
+    fn waiting(self, enters: &Lanes, bound: &Lanes) -> u32 {
+        beam::waiting(enters, bound)
+    }
+
+    #[inline(always)]
+    fn beam_triangle(self, pack: &Pack, place: usize, beam: &Beam, sheared: &mut [[[f32; BEAM]; 3]; 3]) -> u32 {
+        beam::triangle(pack, place, beam, sheared)
+    }
+
+    #[inline(always)]
     fn scan<const AXIS: usize, const ANY: bool>(
         self,
         triangles: &[FlatTriangle],
@@ -91,6 +108,24 @@ impl Simd for Avx512 {
     fn candidates(self, pack: &Pack, ray: &LocalRay) -> u32 {
         // SAFETY: as above; the features of AVX2 are among those of Avx512.
         unsafe { candidates_avx2(pack, ray) }
+    }
+
+    #[inline(always)]
+    fn beam_children(self, node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize {
+        // SAFETY: as above.
+        unsafe { beam_children(node, beam, enters, words) }
+    }
+
+    #[inline(always)]
+    fn waiting(self, enters: &Lanes, bound: &Lanes) -> u32 {
+        // SAFETY: as above.
+        unsafe { waiting(enters, bound) }
+    }
+
+    #[inline(always)]
+    fn beam_triangle(self, pack: &Pack, place: usize, beam: &Beam, sheared: &mut [[[f32; BEAM]; 3]; 3]) -> u32 {
+        // SAFETY: as above.
+        unsafe { beam_triangle(pack, place, beam, sheared) }
     }
 
     #[inline(always)]
