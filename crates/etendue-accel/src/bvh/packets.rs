@@ -1,5 +1,6 @@
 //! Beams of rays that go the same way: sixteen rays walk the tree together, each node's boxes and each triangle tested for
-//! all of them at once. It pays if several of them visit the same nodes; whether they do is found by trying.
+//! all of them at once. Rays that come to a node almost alone leave the beam with their stacks and go on in rounds. It pays
+//! if most of them stay together; whether they do is found by trying.
 
 use super::beam::{BEAM, Beam, HEADINGS, Lanes, heading};
 use super::node::{Child, LANES, Pack, WIDTH};
@@ -9,11 +10,78 @@ use crate::search::Search;
 use crate::simd::Simd;
 use crate::triangle::decide;
 
-/// Nodes after which it is asked, again and again, whether a beam pays.
-const TRIAL: u32 = 8;
+/// When rays leave a beam, as measured.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// Where fewer rays than this come to a node together, they leave.
+    fewest: u32,
+    /// A beam pays if at most this many of its rays leave.
+    most_leave: u32,
+}
 
-/// Rays that must be at a node, on average, for a beam to pay.
-const FEWEST: u32 = 6;
+/// For structures that fit a cache.
+const CACHED: Limits = Limits { fewest: 3, most_leave: 8 };
+
+/// For others: many rays alone wait for memory at once, a beam waits for each node.
+const LARGE: Limits = Limits { fewest: 5, most_leave: 6 };
+
+/// Rays that have left their beams: what each has found and has still to visit.
+#[derive(Debug, Default)]
+pub(super) struct Leavers {
+    /// The index of the ray, where its part of the stacks ends, and its search.
+    rays: Vec<(u32, usize, Search)>,
+    entries: Vec<f32>,
+    words: Vec<u32>,
+}
+
+/// A ray that has left its beam, with its stack from the bottom: entry distances and words.
+pub(super) struct Leaver<'a> {
+    pub index: usize,
+    pub search: Search,
+    pub entries: &'a [f32],
+    pub words: &'a [u32],
+}
+
+impl Leavers {
+    fn clear(&mut self) {
+        self.rays.clear();
+        self.entries.clear();
+        self.words.clear();
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.rays.is_empty()
+    }
+
+    /// One of those who have left, in the order in which they did.
+    #[inline(always)]
+    pub fn get(&self, place: usize) -> Option<Leaver<'_>> {
+        let &(index, end, search) = self.rays.get(place)?;
+        let range = place.checked_sub(1).map_or(0, |before| self.rays[before].1)..end;
+        Some(Leaver { index: index as usize, search, entries: &self.entries[range.clone()], words: &self.words[range] })
+    }
+
+    /// Takes a ray out of a beam that has so many entries on its stack.
+    #[inline(always)]
+    fn add(&mut self, index: u32, search: &Search, stack: &BeamStack, len: usize, (lane, bound): (usize, f32)) {
+        for (enters, &word) in stack.enters.iter().zip(&stack.words).take(len) {
+            let enter = enters.0[lane];
+            if enter <= bound {
+                self.entries.push(enter);
+                self.words.push(word);
+            }
+        }
+        self.rays.push((index, self.words.len(), *search));
+    }
+}
+
+/// What is left for rays alone.
+#[derive(Debug, Default)]
+pub(super) struct Rest {
+    /// Rays that no beam has begun with, by index.
+    pub others: Vec<u32>,
+    pub leavers: Leavers,
+}
 
 /// What beams have still to visit: where their rays enter, NaN for those that do not, and child words.
 #[derive(Debug, Default)]
@@ -31,7 +99,7 @@ impl BeamStack {
     }
 }
 
-/// Traces what goes the same way, in beams, and lists the other rays by their indices: all of them where there are
+/// Traces what goes the same way, in beams, and lists the rays for which something is left to do: all of them where there are
 /// transformed instances, inside of which rays would go other ways.
 #[inline(always)]
 pub(super) fn beams<S: Simd, const ANY: bool>(
@@ -39,10 +107,12 @@ pub(super) fn beams<S: Simd, const ANY: bool>(
     scene: &Scene<'_>,
     rays: &[Ray],
     stack: &mut BeamStack,
-    others: &mut Vec<u32>,
+    rest: &mut Rest,
     finish: &mut impl FnMut(usize, Hit),
 ) {
+    let Rest { others, leavers } = rest;
     others.clear();
+    leavers.clear();
     if !scene.bvh.arrays.instances.is_empty() {
         others.extend(0..rays.len() as u32);
         return;
@@ -71,11 +141,15 @@ pub(super) fn beams<S: Simd, const ANY: bool>(
         let members = group.map(|index| &rays[index as usize]);
         let mut beam = Beam::new(&members, heading, &scene.bvh.top.padding);
         let mut searches = members.map(Search::new);
-        if trace::<S, ANY>(simd, scene, &mut beam, &mut searches, stack) {
-            group.iter().zip(&searches).for_each(|(&index, search)| finish(index as usize, search.hit()));
+        let (left, pays) = trace::<S, ANY>(simd, scene, &mut beam, (group, &mut searches), stack, leavers);
+        for (lane, (&index, search)) in group.iter().zip(&searches).enumerate() {
+            if left >> lane & 1 == 0 {
+                finish(index as usize, search.hit());
+            }
+        }
+        if pays {
             failures = 0;
         } else {
-            others.extend_from_slice(group);
             passed_over = (BEAM as u32) << failures;
             failures = (failures + 1).min(6);
         }
@@ -83,51 +157,54 @@ pub(super) fn beams<S: Simd, const ANY: bool>(
     groups.iter().for_each(|(group, len)| others.extend_from_slice(&group[..*len]));
 }
 
-/// Searches for all rays of a beam; false if they part too soon, when nothing has come of it.
+/// Searches for the rays of a beam, for as long as they stay together: a bit for each that has left, and whether it paid.
 #[inline(always)]
 fn trace<S: Simd, const ANY: bool>(
     simd: S,
     scene: &Scene<'_>,
     beam: &mut Beam,
-    searches: &mut [Search; BEAM],
+    (indices, searches): (&[u32; BEAM], &mut [Search; BEAM]),
     stack: &mut BeamStack,
-) -> bool {
-    let Some(mut word) = scene.bvh.top.word else { return true };
+    leavers: &mut Leavers,
+) -> (u32, bool) {
     let places = Places::new(scene);
-    let (mut top, mut steps, mut visits) = (0, 0, 0);
-    loop {
-        if Child::is_node(word) {
-            steps += 1;
-            if steps == TRIAL {
-                if visits < TRIAL * FEWEST {
-                    return false;
-                }
-                (steps, visits) = (0, 0);
-            }
-            let rooms = (stack.enters[top..].first_chunk_mut(), stack.words[top..].first_chunk_mut());
-            let (Some(enters), Some(words)) = rooms else { return false };
-            let _: (&[Lanes; WIDTH], &[u32; WIDTH]) = (enters, words);
-            let count = simd.beam_children(&scene.bvh.arrays.nodes[word as usize], beam, enters, words);
-            if !scene.bvh.cached {
-                words.iter().take(count).for_each(|&word| places.prefetch(simd, word));
-            }
-            top += count;
-        } else {
+    let limits = if scene.bvh.cached { CACHED } else { LARGE };
+    let mut left = 0_u32;
+    let Some(root) = scene.bvh.top.word else { return (0, true) };
+    (stack.enters[0], stack.words[0]) = (beam.t_min, root);
+    let mut top = 1;
+    while top > 0 {
+        top -= 1;
+        let waiting = simd.waiting(&stack.enters[top], &beam.bound);
+        if waiting == 0 {
+            continue;
+        }
+        let word = stack.words[top];
+        if !Child::is_node(word) {
             leaf::<S, ANY>(simd, scene, Child::of(word), beam, searches);
+            continue;
         }
-        loop {
-            if top == 0 {
-                return true;
+        if waiting.count_ones() < limits.fewest {
+            let mut leaving = waiting;
+            while leaving != 0 {
+                let lane = leaving.trailing_zeros() as usize % BEAM;
+                leaving &= leaving - 1;
+                leavers.add(indices[lane], &searches[lane], stack, top + 1, (lane, beam.bound.0[lane]));
+                beam.bound.0[lane] = f32::NEG_INFINITY;
             }
-            top -= 1;
-            let waiting = simd.waiting(&stack.enters[top], &beam.bound);
-            if waiting != 0 {
-                visits += waiting.count_ones();
-                break;
-            }
+            left |= waiting;
+            continue;
         }
-        word = stack.words[top];
+        let rooms = (stack.enters[top..].first_chunk_mut(), stack.words[top..].first_chunk_mut());
+        let (Some(enters), Some(words)) = rooms else { continue };
+        let _: (&[Lanes; WIDTH], &[u32; WIDTH]) = (enters, words);
+        let count = simd.beam_children(&scene.bvh.arrays.nodes[word as usize], beam, enters, words);
+        if !scene.bvh.cached {
+            words.iter().take(count).for_each(|&word| places.prefetch(simd, word));
+        }
+        top += count;
     }
+    (left, left.count_ones() <= limits.most_leave)
 }
 
 /// Tests what is in a leaf.

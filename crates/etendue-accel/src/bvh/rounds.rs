@@ -4,6 +4,7 @@
 //! ends, so that the processor works on several rays at once; and what a step needs was asked for a round before.
 
 use super::node::Child;
+use super::packets::Rest;
 use super::traverse::{END, LEAVE, Local, Places, Scene, Stacks};
 use crate::ray::{Hit, Ray};
 use crate::search::Search;
@@ -138,8 +139,8 @@ struct Pending {
 pub(super) struct Rounds<'a, F> {
     scene: Scene<'a>,
     rays: &'a [Ray],
-    /// The indices of the rays to trace, and the place of the one that starts next.
-    list: &'a [u32],
+    /// What is to be traced, and how many have started.
+    rest: &'a Rest,
     next: usize,
     finish: F,
     slots: [Slot; SLOTS],
@@ -148,19 +149,19 @@ pub(super) struct Rounds<'a, F> {
 }
 
 impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
-    /// Traces the rays of a list of indices; `finish` gets the index of each and what was found.
+    /// Traces what is left; `finish` gets the index of each ray and what was found.
     #[inline(always)]
     pub fn run<S: Simd, const ANY: bool>(
         simd: S,
         scene: Scene<'a>,
-        (rays, list): (&'a [Ray], &'a [u32]),
+        (rays, rest): (&'a [Ray], &'a Rest),
         stacks: &'a mut Stacks,
         finish: F,
     ) {
         let mut lists = Lists { nodes: List::EMPTY, packs: List::EMPTY, ready: List::EMPTY, rest: List::EMPTY };
         let slots = std::array::from_fn(|place| Slot::empty(place * scene.bvh.stack_len));
         let places = Places::new(&scene);
-        let mut rounds = Self { scene, rays, list, next: 0, finish, slots, stacks, places };
+        let mut rounds = Self { scene, rays, rest, next: 0, finish, slots, stacks, places };
         for place in 0..SLOTS {
             rounds.stacks.put(rounds.slots[place].bottom, END);
             if rounds.start(place) {
@@ -177,14 +178,24 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
     /// Puts the next ray that can hit anything into a slot, if there is one; those before it miss.
     #[inline(always)]
     fn start(&mut self, place: usize) -> bool {
-        while let Some(&index) = self.list.get(self.next) {
-            let index = index as usize;
-            let ray = &self.rays[index];
+        while let Some(&index) = self.rest.others.get(self.next) {
             self.next += 1;
-            if self.slots[place].start(&self.scene, ray, index) {
+            if self.slots[place].start(&self.scene, &self.rays[index as usize], index as usize) {
                 return true;
             }
-            (self.finish)(index, Hit::MISS);
+            (self.finish)(index as usize, Hit::MISS);
+        }
+        while let Some(leaver) = self.rest.leavers.get(self.next - self.rest.others.len()) {
+            self.next += 1;
+            let slot = &mut self.slots[place];
+            if slot.start(&self.scene, &self.rays[leaver.index], leaver.index) {
+                slot.search = leaver.search;
+                slot.top = slot.bottom + 1 + leaver.words.len();
+                self.stacks.fill(slot.bottom + 1, leaver.entries, leaver.words);
+                slot.pop(self.stacks);
+                return true;
+            }
+            (self.finish)(leaver.index, leaver.search.hit());
         }
         false
     }

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use super::Bvh;
 use super::collapse::Root;
 use super::node::{Child, LANES, Node, Pack, WIDTH};
-use super::packets::{BeamStack, beams};
+use super::packets::{BeamStack, Rest, beams};
 use super::rounds::{Rounds, SLOTS};
 use crate::geometry::World;
 use crate::isa::SimdKernel;
@@ -31,6 +31,9 @@ pub(super) const CACHED_BYTES: usize = 1 << 20;
 /// Slices of fewer rays are traced one by one.
 const FEW_RAYS: usize = 4;
 
+/// Rays that are sorted into beams together.
+const CHUNK: usize = 1 << 13;
+
 thread_local! {
     /// The stacks of a thread's rays, kept from call to call.
     static STACKS: Cell<Option<Box<Rooms>>> = const { Cell::new(None) };
@@ -41,8 +44,7 @@ thread_local! {
 struct Rooms {
     stacks: Stacks,
     beams: BeamStack,
-    /// Rays that no beam has traced.
-    others: Vec<u32>,
+    rest: Rest,
 }
 
 /// What rays have still to visit: child words with the entry distances of their boxes. The stacks of several rays are close to
@@ -74,6 +76,13 @@ impl Stacks {
         (self.entries[place], self.words[place]) = (KEPT, word);
     }
 
+    /// Copies entries to a place; what has no room is left out.
+    #[inline(always)]
+    pub fn fill(&mut self, place: usize, entries: &[f32], words: &[u32]) {
+        self.entries[place..].iter_mut().zip(entries).for_each(|(to, &from)| *to = from);
+        self.words[place..].iter_mut().zip(words).for_each(|(to, &from)| *to = from);
+    }
+
     /// Takes off what is beyond `t` of the stack between two places; the new upper one.
     #[inline(always)]
     pub fn cull<S: Simd>(&mut self, simd: S, bottom: usize, top: usize, t: f32) -> usize {
@@ -95,7 +104,7 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
         let mut rooms = STACKS.take().unwrap_or_default();
-        let Rooms { stacks, beams: beam_stack, others } = &mut *rooms;
+        let Rooms { stacks, beams: beam_stack, rest } = &mut *rooms;
         let scene = Scene { world: self.world, bvh: self.bvh };
         if self.rays.len() < FEW_RAYS {
             stacks.grow(1, self.bvh.stack_len);
@@ -104,10 +113,13 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
                 (self.finish)(index, hit);
             }
         } else {
-            beams::<S, ANY>(simd, &scene, self.rays, beam_stack, others, &mut self.finish);
-            if !others.is_empty() {
-                stacks.grow(SLOTS, self.bvh.stack_len);
-                Rounds::run::<S, ANY>(simd, scene, (self.rays, others), stacks, self.finish);
+            stacks.grow(SLOTS, self.bvh.stack_len);
+            for (number, rays) in self.rays.chunks(CHUNK).enumerate() {
+                let mut finish = |index, hit| (self.finish)(number * CHUNK + index, hit);
+                beams::<S, ANY>(simd, &scene, rays, beam_stack, rest, &mut finish);
+                if !(rest.others.is_empty() && rest.leavers.is_empty()) {
+                    Rounds::run::<S, ANY>(simd, scene, (rays, rest), stacks, finish);
+                }
             }
         }
         STACKS.set(Some(rooms));
