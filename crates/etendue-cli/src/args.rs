@@ -3,6 +3,7 @@
 mod display;
 mod files;
 mod model;
+mod simplify;
 
 use clap::{Args, Parser, Subcommand, builder::TypedValueParser, value_parser};
 pub use display::DisplayArgs;
@@ -16,6 +17,7 @@ use etendue_accel::{AcceleratorKind, Isa};
 use etendue_scene::output::metric::Metric;
 pub use files::{CompletionsArgs, ConvertArgs, InfoArgs, ManArgs};
 pub use model::{ModelArgs, SceneArgs};
+pub use simplify::SimplifyArgs;
 use std::{path::PathBuf, str::FromStr};
 
 /// Physically based Monte Carlo rendering on the CPU
@@ -39,6 +41,7 @@ Examples:
   etendue scene bunny.obj -o bunny.toml           a scene of a model, to be edited
   etendue info bunny.obj                          what is in a file
   etendue convert render.exr render.png           a file into another
+  etendue simplify scan.stl -o small.ply --faces 5000   fewer triangles, the same shape
   etendue diff a.exr reference.exr -o heat.png    how far a is from the reference
 
 Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write,
@@ -55,6 +58,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Turn a model or a picture into another format
     Convert(ConvertArgs),
+    /// Make a model of fewer triangles with the same shape
+    Simplify(SimplifyArgs),
     /// Measure how far a picture is from a reference
     Diff(DiffArgs),
     /// Print the completions of a shell
@@ -221,6 +226,14 @@ fn names<T: Copy + Send + Sync + 'static>(
 ) -> impl TypedValueParser<Value = T> {
     clap::builder::PossibleValuesParser::new(all.iter().map(|&v| name(v))).try_map(move |given| {
         all.iter().copied().find(|&v| name(v) == given).ok_or_else(|| format!("`{given}` is not known"))
+    })
+}
+
+/// One of a closed set with its name beside it.
+fn names_of<T: Clone + Send + Sync + 'static>(all: &'static [(&'static str, T)]) -> impl TypedValueParser<Value = T> {
+    clap::builder::PossibleValuesParser::new(all.iter().map(|(name, _)| *name)).try_map(move |given| {
+        let found = all.iter().find(|(name, _)| *name == given);
+        found.map(|(_, value)| value.clone()).ok_or_else(|| format!("`{given}` is not known"))
     })
 }
 

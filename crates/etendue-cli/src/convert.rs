@@ -3,7 +3,7 @@
 use crate::{
     args::ConvertArgs,
     exit::{Exit, Failure},
-    model, report, scene_input, software,
+    model, model_output, report, scene_input, software,
 };
 use etendue::{
     image::{Channel, ChannelData, Image},
@@ -13,21 +13,16 @@ use etendue_scene::{
     Limits, SourceMap,
     image_file::{self, read_image},
     import::Import,
-    mesh_file::{MeshFile, unknown_kind},
-    mesh_output::{MeshOutputFormat, write_mesh},
-    not_read_yet,
+    mesh_output::MeshOutputFormat,
     output::{Format, Metadata, atomic, write_image},
     script::is_script,
 };
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Converts as the arguments say.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     let (input, output) = (&args.input, &args.output);
-    if not_read_yet(input).is_some() {
-        let error = unknown_kind(input);
-        return Err(Failure::new(Exit::Unsupported, error.message).hint(error.help.unwrap_or_default()));
-    }
+    model_output::refuse_unread_kind(input)?;
     if input.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let message = format!("{} is a scene, which convert does not take", input.display());
         return Err(Failure::new(Exit::Usage, message).hint("etendue render makes pictures of scenes"));
@@ -41,16 +36,13 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
 }
 
 fn mesh(args: &ConvertArgs, input: &Path, output: &Path) -> Result<Exit, Failure> {
-    let format = MeshOutputFormat::of_path(output).ok_or_else(|| {
-        let message = format!("`{}`: the ending names no format that models are written in", output.display());
-        Failure::new(Exit::Usage, message).hint("models are written as .obj, .ply and .stl")
-    })?;
+    let format = model_output::format_of(output)?;
     refuse_picture_options(args, "a model")?;
     atomic::check_writable(output)?;
     let mut sources = SourceMap::new();
     let mesh = model::read(input, &mut sources, &Limits::default())?;
-    tell_losses(format, &mesh);
-    write_mesh(output, format, &mesh, &texture_folder(input, &mesh, &sources))?;
+    model_output::tell_losses(format, &mesh);
+    model_output::write(output, format, &mesh, input, &sources)?;
     let written = Import { keys: Vec::new(), ..Import::new(output, &mesh) };
     report::say(written.to_string());
     Ok(Exit::Done)
@@ -63,30 +55,6 @@ fn refuse_picture_options(args: &ConvertArgs, what: &str) -> Result<(), Failure>
             let message = format!("{option} is for pictures, but {} is {what}", args.input.display());
             Err(Failure::new(Exit::Usage, message).hint(format!("leave {option} out")))
         }
-    }
-}
-
-/// Where relative names of textures start: at the library's place, or the model's.
-fn texture_folder(input: &Path, mesh: &MeshFile, sources: &SourceMap) -> PathBuf {
-    let library = mesh.materials.iter().find_map(|m| m.origin.as_ref()?.span());
-    let file = library.map_or(input, |span| sources.path(span.file));
-    file.parent().unwrap_or(Path::new("")).to_owned()
-}
-
-/// Says what the format cannot hold.
-fn tell_losses(format: MeshOutputFormat, mesh: &MeshFile) {
-    let is_stl = format == MeshOutputFormat::Stl;
-    let lost = [
-        ("materials", !mesh.materials.is_empty() && !format.keeps_materials()),
-        ("spheres", !mesh.spheres.is_empty() && format != MeshOutputFormat::Obj),
-        ("normals", mesh.mesh.normals.is_some() && is_stl),
-        ("texture coordinates", mesh.mesh.uvs.is_some() && is_stl),
-        ("vertex colours", mesh.mesh.colors.is_some() && is_stl),
-    ];
-    let lost: Vec<&str> = lost.iter().filter(|(_, lost)| *lost).map(|(what, _)| *what).collect();
-    if !lost.is_empty() {
-        let ending = format.ending();
-        report::warning(&format!(".{ending} files hold no {}: they are left out", lost.join(" and no ")));
     }
 }
 

@@ -49,7 +49,9 @@ impl Exit {
                 "The input asks for something that is not there yet, such as a file format that is not read."
             }
             Self::CannotWrite => "A result could not be written.",
-            Self::Incomplete => "Done, but the result misses the mark that was set, such as diff --fail-above.",
+            Self::Incomplete => {
+                "Done, but the result misses the mark that was set, such as diff --fail-above or simplify --require-target."
+            }
             Self::Interrupted => "Stopped by a signal. What there was of a picture is written.",
         }
     }

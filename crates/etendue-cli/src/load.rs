@@ -123,7 +123,8 @@ fn tell(found: &Diagnostics, sources: &SourceMap) {
 fn tell_imports(args: &RenderArgs, input: &Input) {
     const MOST: usize = 8;
     let mut seen = BTreeSet::new();
-    let imports: Vec<&Import> = input.imports.iter().filter(|import| seen.insert(&import.path)).collect();
+    let imports: Vec<&Import> =
+        input.imports.iter().filter(|import| seen.insert((&import.path, import.triangles))).collect();
     let mut told = false;
     for import in imports.iter().take(MOST) {
         let more = import.approximated() + import.ignored() + import.other_findings() > 0;

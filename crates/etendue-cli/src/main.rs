@@ -9,13 +9,16 @@ mod exit;
 mod info;
 mod load;
 mod manifest;
+mod memory;
 mod model;
+mod model_output;
 mod outputs;
 mod progress;
 mod render;
 mod report;
 mod scene_input;
 mod signals;
+mod simplify;
 mod summary;
 mod tools;
 
@@ -44,6 +47,7 @@ fn main() -> ExitCode {
         Some(Command::Scene(args)) => model::run(args),
         Some(Command::Info(args)) => info::run(args),
         Some(Command::Convert(args)) => convert::run(args),
+        Some(Command::Simplify(args)) => simplify::run(args),
         Some(Command::Completions(args)) => tools::completions(args),
         Some(Command::Man(args)) => tools::man(args),
         Some(Command::Diff(args)) => diff::run(args),

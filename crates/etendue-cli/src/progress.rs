@@ -36,6 +36,40 @@ impl Drop for ProgressView {
     }
 }
 
+/// Shows how far work in stages is. Dropping it takes the bar away.
+pub struct StageView {
+    bar: ProgressBar,
+}
+
+/// Steps of the bar of one stage.
+const STEPS: f32 = 1000.0;
+
+impl StageView {
+    /// A bar; hidden if `quiet`, and where standard error is no terminal.
+    pub fn new(quiet: bool) -> Self {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
+        let bar = ProgressBar::with_draw_target(Some(STEPS as u64), target);
+        if let Ok(style) = ProgressStyle::with_template("{msg} {percent:>3}% [{wide_bar}]") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Self { bar }
+    }
+
+    /// Shows that a stage is done so far, from 0 to 1.
+    pub fn update(&self, stage: &'static str, done: f32) {
+        if self.bar.message() != stage {
+            self.bar.set_message(stage);
+        }
+        self.bar.set_position((done.clamp(0.0, 1.0) * STEPS) as u64);
+    }
+}
+
+impl Drop for StageView {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
 /// How long the watcher sleeps between looks.
 pub const TICK: Duration = Duration::from_millis(50);
 

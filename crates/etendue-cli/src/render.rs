@@ -30,7 +30,9 @@ use std::{
 pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let outputs = Outputs::plan(&args.output, &args.input)?;
     let control = Arc::new(RenderControl::default());
-    let signals = Signals::install(control.clone());
+    let cancelled = control.clone();
+    let message = "stopping after the tiles in work; once more to stop at once";
+    let signals = Signals::install(move || cancelled.cancel(), message);
     let mut seconds = Seconds::default();
 
     let clock = Instant::now();
@@ -51,7 +53,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         Failure::new(if from_arguments { Exit::Usage } else { Exit::BadInput }, e).hint(hint)
     })?;
     let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, quiet: args.quiet };
-    signals.start_rendering();
+    signals.start_work();
     let clock = Instant::now();
     session.render()?;
     seconds.render = lap(clock);

@@ -1,7 +1,6 @@
-//! Ctrl-C and its like: the first asks the render to stop, the second stops the program.
+//! Ctrl-C and its like: the first asks the work to stop, the second stops the program.
 
 use crate::{exit::Exit, report};
-use etendue::render::RenderControl;
 use std::{
     process,
     sync::{
@@ -14,20 +13,21 @@ use std::{
 #[derive(Clone, Debug, Default)]
 pub struct Signals {
     received: Arc<AtomicU32>,
-    rendering: Arc<AtomicBool>,
+    working: Arc<AtomicBool>,
 }
 
 impl Signals {
     /// Watches SIGINT, SIGTERM and SIGHUP from now on; the last not under `nohup`, so that a render outlives its terminal.
-    /// Without a handler a signal ends the program at once, and what was refreshed last stays.
-    pub fn install(control: Arc<RenderControl>) -> Self {
+    /// Without a handler a signal ends the program at once, and what was refreshed last stays. The first signal at work calls
+    /// `stop`, and says `message`.
+    pub fn install(stop: impl Fn() + Send + 'static, message: &'static str) -> Self {
         let signals = Self::default();
-        let Self { received, rendering } = signals.clone();
+        let Self { received, working } = signals.clone();
         let handler = move || {
             let first = received.fetch_add(1, Ordering::SeqCst) == 0;
-            if first && rendering.load(Ordering::SeqCst) {
-                control.cancel();
-                report::say("stopping after the tiles in work; once more to stop at once");
+            if first && working.load(Ordering::SeqCst) {
+                stop();
+                report::say(message);
             } else {
                 process::exit(Exit::Interrupted as i32);
             }
@@ -36,9 +36,9 @@ impl Signals {
         signals
     }
 
-    /// From here on there is something worth keeping: the first signal stops the render, not the program.
-    pub fn start_rendering(&self) {
-        self.rendering.store(true, Ordering::SeqCst);
+    /// From here on there is something worth ending in order: the first signal stops the work, not the program.
+    pub fn start_work(&self) {
+        self.working.store(true, Ordering::SeqCst);
     }
 
     /// True once a signal came.

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Folder, SCENE};
 
-const SUBCOMMANDS: [&str; 7] = ["render", "scene", "info", "convert", "diff", "completions", "man"];
+const SUBCOMMANDS: [&str; 8] = ["render", "scene", "info", "convert", "simplify", "diff", "completions", "man"];
 
 #[test]
 fn help_leads_with_examples() {

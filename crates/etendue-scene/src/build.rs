@@ -29,7 +29,7 @@ use etendue::{
 };
 use etendue_accel::AcceleratorKind;
 pub(crate) use meshes::unknown_ending;
-use meshes::{Geometry, Loader, Piece};
+use meshes::{Geometry, Loader, Piece, Treatment};
 use sha2::{Digest, Sha256};
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
@@ -196,7 +196,9 @@ impl<'a> Builder<'a> {
     fn place(&mut self, number: usize, record: &'a ObjectRecord) {
         let geometry = match &record.shape {
             ShapeRecord::Mesh(name) => self.loader.named(name, &mut self.parts),
-            ShapeRecord::File { path, crease_angle } => self.loader.file(path, *crease_angle, &mut self.parts),
+            ShapeRecord::File { path, crease_angle, simplify } => {
+                self.loader.file(path, Treatment::new(*crease_angle, simplify), &mut self.parts)
+            }
             other => self.simple_shape(other, !record.transform.is_empty()),
         };
         let Some(Geometry { pieces, materials: own }) = geometry else { return };

@@ -3,6 +3,7 @@
 
 use crate::{
     Origin,
+    simplify::SimplifyRecord,
     sun_position::Moment,
     volume_file::{Axes, RawLayout},
 };
@@ -386,6 +387,8 @@ pub struct MeshRecord {
     pub source: MeshSource,
     /// Degrees, in (0, 180]: where normals are missing, edges less sharp than this are smoothed; absent: none are.
     pub crease_angle: Option<f64>,
+    /// Fewer faces, before normals are made.
+    pub simplify: Option<SimplifyRecord>,
     /// Where its name is.
     pub origin: Origin,
 }
@@ -427,6 +430,8 @@ pub enum ShapeRecord {
         path: Located<PathBuf>,
         /// As [`MeshRecord::crease_angle`].
         crease_angle: Option<f64>,
+        /// As [`MeshRecord::simplify`].
+        simplify: Option<SimplifyRecord>,
     },
     /// A sphere.
     Sphere {

@@ -1,7 +1,7 @@
 //! What came of a mesh file: counts, and what became of its keys.
 
 use crate::mesh_file::{KeyStatus, KeyUse, MeshFile};
-use etendue::{material::Scattering, texture::TextureImage};
+use etendue::{material::Scattering, scene::Mesh, texture::TextureImage};
 use std::{
     collections::BTreeSet,
     fmt,
@@ -14,8 +14,10 @@ use std::{
 pub struct Import {
     /// Its path.
     pub path: PathBuf,
-    /// Triangles; larger faces have been cut.
+    /// Triangles that the scene has; larger faces have been cut.
     pub triangles: usize,
+    /// Triangles in the file, where the scene has fewer.
+    pub simplified_from: Option<usize>,
     /// Vertices; a vertex with several normals or texture coordinates counts once for each.
     pub vertices: usize,
     /// Spheres.
@@ -52,12 +54,20 @@ impl Import {
         Self {
             path: path.to_owned(),
             triangles: file.mesh.indices.len(),
+            simplified_from: None,
             vertices: file.mesh.positions.len(),
             spheres: file.spheres.len(),
             materials: file.materials.len(),
             textures: textures.len(),
             keys: file.keys.clone(),
         }
+    }
+
+    /// What the scene has of the file's mesh.
+    pub fn use_mesh(&mut self, mesh: &Mesh) {
+        let before = std::mem::replace(&mut self.triangles, mesh.indices.len());
+        self.simplified_from = (before != self.triangles).then_some(before);
+        self.vertices = mesh.positions.len();
     }
 
     /// Keys that count, but not as they are meant.
@@ -85,6 +95,9 @@ fn is_key(entry: &KeyUse) -> bool {
 impl fmt::Display for Import {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.path.display(), counted(self.triangles, "triangle"))?;
+        if let Some(before) = self.simplified_from {
+            write!(f, " of {}", grouped(before as u64))?;
+        }
         for (count, noun) in [(self.spheres, "sphere"), (self.materials, "material"), (self.textures, "texture")] {
             if count > 0 {
                 write!(f, ", {}", counted(count, noun))?;

@@ -2,6 +2,7 @@
 
 use crate::{
     Diagnostic,
+    mesh_file::Numbering,
     polygon::{Cut, Triangulator, newell},
     positions::localise,
     text::counted,
@@ -86,11 +87,13 @@ impl Indexed {
 
     /// Leaves out what is not `used`, cuts polygons, repairs normals; tells `report` what was done how often. The positions
     /// that are used have to be usable.
-    pub fn into_mesh(mut self, used: Vec<bool>, report: &mut dyn FnMut(Repair, usize)) -> Mesh {
+    pub fn into_mesh(mut self, used: Vec<bool>, report: &mut dyn FnMut(Repair, usize)) -> (Mesh, Numbering) {
         let unused = used.iter().filter(|&&used| !used).count();
+        let mut numbering = Numbering::same(used.len());
         if unused > 0 {
             report(Repair::Unreferenced, unused);
             self.compact(&used);
+            numbering.of_vertices = Some((0..used.len() as u32).filter(|&vertex| used[vertex as usize]).collect());
         }
         drop(used);
         let corners = std::mem::take(&mut self.corners);
@@ -120,7 +123,7 @@ impl Indexed {
             normals
         });
         let (origin, local) = localise(positions.iter().copied());
-        Mesh {
+        let mesh = Mesh {
             origin,
             positions: local,
             indices: indices.into(),
@@ -128,7 +131,8 @@ impl Indexed {
             uvs: self.uvs.map(Into::into),
             colors: self.colors.map(Into::into),
             face_materials: None,
-        }
+        };
+        (mesh, numbering)
     }
 
     /// Drops vertices that are not used, keeping the order.

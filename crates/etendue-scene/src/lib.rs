@@ -29,6 +29,7 @@ mod positions;
 pub mod read;
 pub mod schema;
 pub mod script;
+pub mod simplify;
 pub mod source;
 pub mod stl;
 pub mod sun_position;

@@ -28,6 +28,8 @@ pub struct MeshFile {
     pub materials: Vec<NamedMaterial>,
     /// Named runs of faces, in the order of the file.
     pub groups: Vec<Group>,
+    /// How the file counts the vertices of `mesh`.
+    pub numbering: Numbering,
     /// What became of the keys and statements of the file and its material libraries.
     pub keys: Vec<KeyUse>,
     /// What was approximated, skipped or ignored: no errors.
@@ -80,6 +82,47 @@ pub struct NamedMaterial {
     pub origin: Option<Origin>,
 }
 
+/// How a file counts the vertices that became a mesh.
+///
+/// OBJ files count `v` statements, PLY and OFF files their vertices, both with those that no face uses; in STL files, which list
+/// corners alone, it is places in the order of their first use by a facet that is read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Numbering {
+    /// How many there are in the file.
+    pub count: usize,
+    /// Of each vertex of the mesh, its number in the file, from 0; absent: the same.
+    pub of_vertices: Option<Vec<u32>>,
+}
+
+impl Numbering {
+    /// Every vertex has the number that it has in the file.
+    pub fn same(count: usize) -> Self {
+        Self { count, of_vertices: None }
+    }
+
+    /// Vertex i of the mesh is number `of_vertices[i]` of `count` in the file.
+    pub(crate) fn new(count: usize, of_vertices: Vec<u32>) -> Self {
+        let same = of_vertices.len() == count && of_vertices.iter().enumerate().all(|(i, &n)| i == n as usize);
+        Self { count, of_vertices: (!same).then_some(of_vertices) }
+    }
+
+    /// The vertices of the mesh that have these numbers in the file, ascending; several may have one, and what no face uses
+    /// has none. Numbers that are not below [`Numbering::count`] are passed over.
+    pub fn vertices(&self, numbers: &[u32]) -> Vec<u32> {
+        let mut asked = vec![false; self.count];
+        for &number in numbers {
+            if let Some(asked) = asked.get_mut(number as usize) {
+                *asked = true;
+            }
+        }
+        let chosen = |number: u32| asked.get(number as usize).copied().unwrap_or(false);
+        match &self.of_vertices {
+            None => (0..self.count as u32).filter(|&vertex| chosen(vertex)).collect(),
+            Some(of) => (0..of.len() as u32).filter(|&vertex| chosen(of[vertex as usize])).collect(),
+        }
+    }
+}
+
 /// A run of faces with one name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Group {
@@ -108,7 +151,8 @@ pub type OpenLibrary<'a> = &'a mut dyn FnMut(&str) -> Result<Library, SourceErro
 impl MeshFile {
     /// A mesh alone.
     pub fn of_mesh(mesh: Mesh, notes: Diagnostics) -> Self {
-        Self { mesh, spheres: vec![], materials: vec![], groups: vec![], keys: vec![], notes }
+        let numbering = Numbering::same(mesh.positions.len());
+        Self { mesh, spheres: vec![], materials: vec![], groups: vec![], numbering, keys: vec![], notes }
     }
 
     /// What faces without a (known) material are made of: grey, half of the light reflected.

@@ -81,7 +81,7 @@ pub fn read(bytes: &[u8], file: FileId) -> Result<MeshFile, Diagnostics> {
         found.sort();
         return Err(found);
     }
-    let mesh = mesh.into_mesh(used, &mut |what, count| {
+    let (mesh, numbering) = mesh.into_mesh(used, &mut |what, count| {
         skipped.add_many(Skipped::Repaired(what), b"", count, file, 0..0);
     });
     let keys = skipped.uses();
@@ -90,7 +90,7 @@ pub fn read(bytes: &[u8], file: FileId) -> Result<MeshFile, Diagnostics> {
     if mesh.indices.is_empty() {
         found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
     }
-    Ok(MeshFile { keys, ..MeshFile::of_mesh(mesh, found) })
+    Ok(MeshFile { keys, numbering, ..MeshFile::of_mesh(mesh, found) })
 }
 
 impl Reader<'_> {

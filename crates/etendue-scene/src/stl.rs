@@ -151,7 +151,7 @@ impl Builder {
         let Self { file, welder, corners, groups, mut found, mut skipped, .. } = self;
         let indexed = Indexed { positions: welder.into_positions(), corners, ..Indexed::default() };
         let used = indexed.used();
-        let mesh = indexed.into_mesh(used, &mut |what, count| {
+        let (mesh, numbering) = indexed.into_mesh(used, &mut |what, count| {
             skipped.add_many(Skipped::Repaired(what), b"", count, file, 0..0);
         });
         skipped.report(&mut found);
@@ -162,7 +162,7 @@ impl Builder {
         if mesh.indices.is_empty() {
             found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
         }
-        Ok(MeshFile { groups, ..MeshFile::of_mesh(mesh, found) })
+        Ok(MeshFile { groups, numbering, ..MeshFile::of_mesh(mesh, found) })
     }
 }
 

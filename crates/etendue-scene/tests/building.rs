@@ -163,6 +163,47 @@ fn crease_angles_of_files_and_inline_meshes() {
     }
 }
 
+/// A flat grid of 8 x 8 squares as OBJ.
+fn flat_grid() -> String {
+    let mut text = String::new();
+    (0..81).for_each(|i| text += &format!("v {} {} 0\n", i % 9, i / 9));
+    let corners = (0..64).map(|i| i / 8 * 9 + i % 8 + 1);
+    corners.for_each(|a| text += &format!("f {a} {} {} {}\n", a + 1, a + 10, a + 9));
+    text
+}
+
+#[test]
+fn simplified_meshes_of_files_and_inline() {
+    let roof = "[meshes.m]\npositions = [[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0.5,0.5,0]]\nindices = [[0,1,4],[1,2,4],[2,3,4],[3,0,4]]\n";
+    let text = format!(
+        "{roof}simplify = {{ faces = 2 }}\n[meshes.f]\nfile = \"a.obj\"\nsimplify = {{ faces = 20 }}\ncrease_angle = 30\n\
+         [[objects]]\nmesh = \"m\"\n[[objects]]\nmesh = \"f\"\n[[objects]]\nfile = \"a.obj\"\n\
+         [[objects]]\nfile = \"a.obj\"\nsimplify = {{ ratio = 0.5 }}\n[[objects]]\nfile = \"a.obj\"\nsimplify = {{ ratio = 0.5 }}\n\
+         [[objects]]\nfile = \"a.obj\"\nsimplify = {{ ratio = 0.5, seed = 1 }}\n\
+         [[objects]]\nfile = \"a.obj\"\nsimplify = {{ faces = 20, keep_boundary = true }}\n"
+    );
+    let input = run(&text, &[("a.obj", flat_grid().as_bytes())]).unwrap();
+    let mesh = |i: usize| match &input.parts.shapes[input.parts.objects[i].shape] {
+        Shape::Mesh(mesh) => mesh,
+        _ => panic!(),
+    };
+    let faces = [0, 1, 2, 3, 4, 5, 6].map(|i| mesh(i).indices.len());
+    assert_eq!(faces[..6], [2, 20, 128, 64, 64, 64]);
+    assert!(faces[6] > 20 && faces[6] < 64, "32 open edges need 30 faces: {faces:?}");
+    assert!(mesh(1).normals.is_some() && mesh(2).normals.is_none());
+    let (simple, whole) = (bounds(&input.parts, 1), bounds(&input.parts, 2));
+    assert!(near(simple.0, whole.0, 1e-4) && near(simple.1, whole.1, 1e-4), "{simple:?}");
+    let shapes = [2, 3, 4, 5].map(|i| input.parts.objects[i].shape);
+    assert!(shapes[1] == shapes[2] && shapes[0] != shapes[1] && shapes[1] != shapes[3], "{shapes:?}");
+    let from: Vec<_> = input.imports.iter().map(|i| (i.triangles, i.simplified_from)).collect();
+    assert_eq!(from[..3], [(20, Some(128)), (128, None), (64, Some(128))]);
+    let told: Vec<&str> = input.findings.iter().map(|d| d.message.as_str()).collect();
+    assert_eq!(told[..2], ["simplified from 4 to 2 triangles", "simplified from 128 to 20 triangles"]);
+    assert!(told.iter().any(|line| line.contains("to no less than")), "{told:?}");
+    let wrong = "[[objects]]\nmesh = \"m\"\nsimplify = { faces = 3 }\n";
+    assert_eq!(run(&format!("{roof}{wrong}"), &[]).unwrap_err().len(), 1);
+}
+
 #[test]
 fn transforms_apply_in_order_and_relocate_moves_the_lowest_corner() {
     let steps = "[{ scale = [1, 2, 3] }, { rotate = { axis = [1, 2, 3], angle = 50 } }, { relocate = [7, 8, 9] }]";

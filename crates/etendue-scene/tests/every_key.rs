@@ -129,6 +129,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[[objects]]", "mesh") => "\"m\"",
         ("[[objects]]", "file") => "\"a.obj\"",
         ("[[objects]]", "crease_angle") => "30",
+        ("[[objects]]", "simplify") => "{ faces = 1000 }",
         ("[[objects]]", "center" | "corner" | "min") => "[-1, -2, -3]",
         ("[[objects]]", "radius") => "0.5",
         ("[[objects]]", "u") => "[1, 0, 0]",
@@ -490,7 +491,7 @@ fn transform() -> UvTransform {
 #[test]
 fn objects() {
     for (name, left_out) in [
-        ("mesh", &["file", "crease_angle", "materials"][..]),
+        ("mesh", &["file", "crease_angle", "simplify", "materials"][..]),
         ("mesh", &["mesh", "materials"]),
         ("sphere", &[]),
         ("rectangle", &["size"]),

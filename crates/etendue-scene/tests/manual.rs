@@ -105,6 +105,8 @@ fn every_choice_is_in_the_manual() {
         ("[materials.NAME]", "[materials.m]\ntype = \"?\""),
         ("[materials.NAME]", "[materials.m]\ntype = \"rough-metal\"\nmetal = \"?\""),
         ("[[objects]]", "[[objects]]\nshape = \"?\""),
+        ("simplify", "[meshes.m]\nfile = \"a.obj\"\nsimplify = { faces = 1, method = \"?\" }"),
+        ("simplify", "[meshes.m]\nfile = \"a.obj\"\nsimplify = { faces = 1, placement = \"?\" }"),
         ("[environment]", "[environment]\ntype = \"?\""),
         ("[environment]", "[environment]\ntop = 1\nup = \"?\""),
         ("[[lights]]", "[[lights]]\ntype = \"?\""),

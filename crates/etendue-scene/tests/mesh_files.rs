@@ -97,3 +97,35 @@ fn every_mesh_gives_what_is_expected() {
 fn every_obj_feature_gives_what_is_expected() {
     check_folder("obj", 45);
 }
+
+/// Vertices go by the numbers that their files give them, whatever is left out or split.
+#[test]
+fn vertices_are_numbered_as_in_their_files() {
+    use etendue_scene::mesh_file::Numbering;
+    let read = |name: &str, text: &str| {
+        let mut sources = SourceMap::new();
+        let file = sources.insert(name, text.as_bytes().to_vec()).unwrap();
+        mesh_file::read(&mut sources, file, &MeshLimits::default()).unwrap().numbering
+    };
+    let obj = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 1\n";
+    let split = read("a.obj", &format!("{obj}f 4/1 2/1 3/1\nf 3/2 5/1 4/1\n"));
+    assert_eq!(split, Numbering { count: 5, of_vertices: Some(vec![3, 1, 2, 2, 4]) });
+    assert_eq!(split.vertices(&[2, 0, 4]), [2, 3, 4]);
+    assert_eq!(read("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), Numbering::same(3));
+    let ply = |faces: &str, kind: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty {kind} x\nproperty {kind} y\nproperty {kind} z\n\
+             element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n5 5 5\n0 1 0\n{faces}\n"
+        )
+    };
+    assert_eq!(read("a.ply", &ply("3 0 1 3", "float")), Numbering { count: 4, of_vertices: Some(vec![0, 1, 3]) });
+    assert_eq!(read("a.ply", &ply("4 0 1 2 3", "float")), Numbering::same(4));
+    let off = "OFF 4 1 0\n0 0 0\n5 5 5\n1 0 0\n0 1 0\n3 0 2 3\n";
+    assert_eq!(read("a.off", off), Numbering { count: 4, of_vertices: Some(vec![0, 2, 3]) });
+    let facet = |corners: [&str; 3]| {
+        format!("facet normal 0 0 0\nouter loop\nvertex {}\nendloop\nendfacet\n", corners.join("\nvertex "))
+    };
+    let stl = ["0 0 0", "1 0 0", "0 1 0", "1 1 0"];
+    let text = format!("solid\n{}{}endsolid\n", facet([stl[0], stl[1], stl[2]]), facet([stl[2], stl[1], stl[3]]));
+    assert_eq!(read("a.stl", &text), Numbering::same(4));
+}

@@ -221,7 +221,7 @@ fn materials_groups_and_spheres_come_back() {
         group(Some("c"), None, 3..5),
         group(Some("c"), Some("d"), 5..7),
     ];
-    let file = MeshFile { mesh, spheres, materials, groups, keys: vec![], notes: Diagnostics::new() };
+    let file = MeshFile { spheres, materials, groups, ..MeshFile::of_mesh(mesh, Diagnostics::new()) };
     let back = round_trip(folder.path(), MeshOutputFormat::Obj, &file);
     assert_eq!(back.groups, file.groups);
     assert_eq!(back.spheres, file.spheres);

@@ -204,6 +204,7 @@ fn scene(section: &Section, key: &Key, of_type: Option<&str>, value: &str) -> St
         "a step of transform" => format!("[[objects]]\nshape = \"sphere\"\ntransform = [{{ {inline} }}]"),
         "a textured parameter" => format!("[materials.m]\ntype = \"glass\"\nior = {{ {inline} }}"),
         "normal_map" => format!("[materials.m]\ntype = \"glass\"\nnormal_map = {{ {inline} }}"),
+        "simplify" => format!("[meshes.m]\nfile = \"a.obj\"\nsimplify = {{ {inline} }}"),
         "film.filter" => format!("[film.filter]\n{lines}"),
         name => format!("{}\n{lines}", name.replace("NAME", "m")),
     }

@@ -41,6 +41,12 @@ pub enum SimplifyError {
         /// How many.
         found: usize,
     },
+    /// A mesh whose distance is asked for has no face with finite corners.
+    #[error("there is no surface to measure")]
+    NoSurface,
+    /// Closest points of a mesh cannot be searched.
+    #[error("closest points: {0}")]
+    Search(#[from] etendue_accel::BuildError),
     /// The callback asked to stop.
     #[error("interrupted")]
     Interrupted,

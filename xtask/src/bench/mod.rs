@@ -12,6 +12,7 @@ mod rays;
 mod render;
 mod report;
 mod scenes;
+mod simplify;
 mod statistics;
 
 use crate::root;
@@ -21,11 +22,12 @@ const HELP: &str = "\
 How fast Etendue is, beside others; docs/performance.md has the results.
 
   cargo xtask bench render         seconds to an error, all renderers in turns; `--help` tells more
-  cargo xtask bench page           the tables and plots of docs/performance.md from the kept results
+  cargo xtask bench page           the tables and plots of docs/performance.md and docs/simplify.md from the kept results
   cargo xtask bench rays           sets of rays through a dragon and a small mesh, beside Embree
   cargo xtask bench build          building and memory of the same meshes, beside Embree
   cargo xtask bench scaling        the cost of a ray from ten thousand to ten million faces, beside Embree
                                    Options of these three: `cargo xtask bench rays --help`
+  cargo xtask bench simplify       fewer triangles, and how far off they are; `--help` tells more
   cargo xtask bench load           reading meshes, and starting up; `cargo xtask bench load --help` tells more
   cargo xtask bench install        the rivals, from PyPI into target/bench
   cargo xtask bench scenes         the scenes of the benchmark with their meshes, in target/bench/scenes
@@ -37,9 +39,10 @@ The environment variable ETENDUE_BENCH_DIR names another folder than target/benc
 pub fn run(arguments: &[&str]) -> bool {
     let done = match arguments {
         ["render", rest @ ..] => render::run(rest),
-        ["page"] => report::page(),
+        ["page"] => report::page().and_then(|()| simplify::page()),
         [what @ ("rays" | "build" | "scaling"), options @ ..] => rays::run(what, options),
         ["load", rest @ ..] => load::run(rest),
+        ["simplify", rest @ ..] => simplify::run(rest),
         ["install"] => peers::PEERS.iter().try_for_each(peers::Peer::install),
         ["scenes"] => scenes::make(scenes::NAMES).map(|()| println!("{}", scenes::place().display())),
         [] | ["--help" | "-h" | "help"] => {

@@ -9,27 +9,31 @@ use std::{
     process::{Child, ChildStdin, ChildStdout, Command, Stdio},
 };
 
-/// A renderer that others may be measured against.
+/// Software of others to be measured against.
 pub struct Peer {
-    /// The name of its virtual environment, and of its program in bench/peers.
+    /// The name of its virtual environment, and of its program.
     pub name: &'static str,
+    /// The program that talks with it.
+    pub script: &'static str,
     /// Python versions that it is made for, the best first.
-    pythons: &'static [&'static str],
-    packages: &'static [&'static str],
+    pub pythons: &'static [&'static str],
+    pub packages: &'static [&'static str],
     /// Where the system's own libraries are missing, these Debian packages have them.
-    libraries: &'static str,
+    pub libraries: &'static str,
 }
 
-/// All of them.
+/// All renderers.
 pub const PEERS: &[Peer] = &[
     Peer {
         name: "mitsuba",
+        script: "bench/peers/with_mitsuba.py",
         pythons: &["3.11", "3.12", "3.13"],
         packages: &["mitsuba==3.9.1", "numpy"],
         libraries: "libllvm19",
     },
     Peer {
         name: "cycles",
+        script: "bench/peers/with_cycles.py",
         pythons: &["3.13"],
         packages: &["bpy==5.2.3", "numpy"],
         libraries: "libxi6 libxxf86vm1 libxfixes3 libxrender1 libsm6 libgl1 libegl1 libxkbcommon0",
@@ -66,23 +70,10 @@ impl Peer {
     }
 
     /// Starts its program.
-    fn start(&self) -> Result<Conversation, String> {
-        let program = root().join(format!("bench/peers/with_{}.py", self.name));
-        let log = folder().join(format!("{}.log", self.name));
-        let told = |e: &dyn std::fmt::Display| format!("{}: {e}", self.name);
-        let file = std::fs::File::create(&log).map_err(|e| told(&e))?;
-        let mut child = Command::new(self.python())
-            .arg(program)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(file)
-            .spawn()
-            .map_err(|e| told(&e))?;
-        let (Some(stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
-            return Err(told(&"its pipes are missing"));
-        };
-        let hint = format!("see {}; it may lack {} (apt-get install)", log.display(), self.libraries);
-        Ok(Conversation { name: self.name, child, stdin: Some(stdin), stdout: BufReader::new(stdout), hint })
+    pub fn start(&self) -> Result<Conversation, String> {
+        let mut command = Command::new(self.python());
+        command.arg(root().join(self.script));
+        Conversation::start(self.name, &mut command, self.libraries)
     }
 }
 
@@ -104,7 +95,7 @@ fn candidates(versions: &[&str]) -> Vec<PathBuf> {
 }
 
 /// A process that answers line by line.
-struct Conversation {
+pub struct Conversation {
     name: &'static str,
     child: Child,
     stdin: Option<ChildStdin>,
@@ -113,7 +104,22 @@ struct Conversation {
 }
 
 impl Conversation {
-    fn ask(&mut self, request: &Value) -> Result<Value, String> {
+    /// Starts a program; what it says besides goes to `NAME.log`. `libraries` are what it may lack.
+    pub fn start(name: &'static str, command: &mut Command, libraries: &str) -> Result<Self, String> {
+        let log = folder().join(format!("{name}.log"));
+        let told = |e: &dyn std::fmt::Display| format!("{name}: {e}");
+        let file = std::fs::File::create(&log).map_err(|e| told(&e))?;
+        let mut child =
+            command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(file).spawn().map_err(|e| told(&e))?;
+        let (Some(stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
+            return Err(told(&"its pipes are missing"));
+        };
+        let hint = format!("see {}; it may lack {libraries} (apt-get install)", log.display());
+        Ok(Self { name, child, stdin: Some(stdin), stdout: BufReader::new(stdout), hint })
+    }
+
+    /// The answer to a request.
+    pub fn ask(&mut self, request: &Value) -> Result<Value, String> {
         let mut line = String::new();
         let told = |e: &dyn std::fmt::Display| format!("{}: {e}", self.name);
         if let Some(stdin) = &mut self.stdin {

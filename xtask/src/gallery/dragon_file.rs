@@ -77,6 +77,6 @@ mod tests {
                 None => assert!(!text.contains("dragon"), "{}", scene.display()),
             }
         }
-        assert_eq!(with_dragon[..], ["figure-1", "figure-2", "figure-7"]);
+        assert_eq!(with_dragon[..], ["figure-1", "figure-11", "figure-2", "figure-7"]);
     }
 }

@@ -19,6 +19,7 @@ use crate::simd::STACK_ROOM;
 use crate::source::Source;
 
 use collapse::{Arrays, Lengths, Root};
+use node::{Node, Pack};
 pub(crate) use traverse::Trace;
 
 /// A level over the world and one for each geometry that transformed instances use.
@@ -77,6 +78,26 @@ impl Bvh {
 
     pub fn bytes(&self) -> usize {
         self.arrays.bytes()
+    }
+
+    /// Child word of the top level, `None` if there is nothing.
+    pub fn root(&self) -> Option<u32> {
+        self.top.word
+    }
+
+    /// Entries that a traversal's stack may need.
+    pub fn stack_len(&self) -> usize {
+        self.stack_len
+    }
+
+    #[inline(always)]
+    pub fn node(&self, index: u32) -> &Node {
+        &self.arrays.nodes[index as usize]
+    }
+
+    #[inline(always)]
+    pub fn packs(&self, first: u32, count: u32) -> &[Pack] {
+        &self.arrays.packs[first as usize..(first + count) as usize]
     }
 
     pub fn depth(&self) -> usize {

@@ -57,6 +57,8 @@ pub struct SceneInfo {
 struct ImportEntry {
     file: String,
     triangles: usize,
+    /// Triangles in the file, where `simplify` left fewer.
+    simplified_from: Option<usize>,
     vertices: usize,
     spheres: usize,
     materials: usize,
@@ -72,6 +74,7 @@ impl ImportEntry {
         Self {
             file: import.path.display().to_string(),
             triangles: import.triangles,
+            simplified_from: import.simplified_from,
             vertices: import.vertices,
             spheres: import.spheres,
             materials: import.materials,

@@ -6,10 +6,11 @@ use crate::{
     description::{Located, MeshRecord, MeshSource, SceneDescription, TextureRecord},
     import::Import,
     mesh_file::{self, MeshFile, MeshFormat, MeshLimits, Sphere},
+    simplify::SimplifyRecord,
 };
 use etendue::{
     material::Material,
-    scene::{SceneParts, Shape},
+    scene::{Mesh, SceneParts, Shape},
 };
 use std::{
     collections::BTreeMap,
@@ -46,8 +47,33 @@ pub fn unknown_ending(path: &Path, origin: &Origin) -> Option<Diagnostic> {
     MeshFormat::of_path(path).is_none().then(|| mesh_file::unknown_kind(path).at(origin.clone()))
 }
 
-/// A path, and the bits of a crease angle.
-type FileKey = (PathBuf, Option<u64>);
+/// What is done to a mesh when it is loaded.
+#[derive(Clone, Copy, PartialEq)]
+pub struct Treatment<'a> {
+    crease_angle: Option<f64>,
+    simplify: Option<&'a SimplifyRecord>,
+}
+
+impl<'a> Treatment<'a> {
+    pub fn new(crease_angle: Option<f64>, simplify: &'a Option<SimplifyRecord>) -> Self {
+        Self { crease_angle, simplify: simplify.as_ref() }
+    }
+
+    /// The same comes out of both.
+    fn is_like(&self, other: &Self) -> bool {
+        let alike =
+            |a: &SimplifyRecord, b: &SimplifyRecord| *a == SimplifyRecord { origin: a.origin.clone(), ..b.clone() };
+        self.crease_angle == other.crease_angle
+            && match (self.simplify, other.simplify) {
+                (None, None) => true,
+                (Some(a), Some(b)) => alike(a, b),
+                _ => false,
+            }
+    }
+}
+
+/// What came of a file; `None`: it could not be read, which has been reported.
+type Treated<'a> = (Treatment<'a>, Option<Geometry>);
 
 fn add(shape: Shape, parts: &mut SceneParts) -> usize {
     parts.shapes.push(shape);
@@ -61,8 +87,8 @@ pub struct Loader<'a> {
     pub(super) limits: &'a Limits,
     names: BTreeMap<&'a str, &'a MeshRecord>,
     inline: BTreeMap<&'a str, Geometry>,
-    /// By path and crease angle. `None`: could not be read, which has been reported.
-    files: BTreeMap<FileKey, Option<Geometry>>,
+    /// By path, for each treatment that was asked for.
+    files: BTreeMap<PathBuf, Vec<Treated<'a>>>,
     /// Mesh files that were read before, by path.
     loaded: BTreeMap<PathBuf, MeshFile>,
     primitives: usize,
@@ -99,13 +125,14 @@ impl<'a> Loader<'a> {
     /// The geometry of `[meshes.NAME]`.
     pub fn named(&mut self, name: &'a Located<String>, parts: &mut SceneParts) -> Option<Geometry> {
         let key = name.value.as_str();
-        let Some(MeshRecord { source, crease_angle, .. }) = self.names.get(key).copied() else {
+        let Some(MeshRecord { source, crease_angle, simplify, .. }) = self.names.get(key).copied() else {
             let error = Diagnostic::error(format!("no mesh is called `{key}`")).at(name.origin.clone());
             self.findings.push(error);
             return None;
         };
+        let treatment = Treatment::new(*crease_angle, simplify);
         let mesh = match source {
-            MeshSource::File(path) => return self.file(path, *crease_angle, parts),
+            MeshSource::File(path) => return self.file(path, treatment, parts),
             MeshSource::Inline(mesh) => mesh,
         };
         if let Some(known) = self.inline.get(key) {
@@ -113,9 +140,7 @@ impl<'a> Loader<'a> {
         }
         self.count(mesh.indices.len(), &name.origin)?;
         let mut mesh = mesh.clone();
-        if let Some(angle) = crease_angle {
-            crease::smooth(&mut mesh, *angle);
-        }
+        self.treat(&mut mesh, treatment)?;
         let geometry = Geometry::of_shape(add(Shape::Mesh(mesh), parts));
         self.inline.insert(key, geometry.clone());
         Some(geometry)
@@ -125,27 +150,22 @@ impl<'a> Loader<'a> {
     pub fn file(
         &mut self,
         path: &Located<PathBuf>,
-        crease_angle: Option<f64>,
+        treatment: Treatment<'a>,
         parts: &mut SceneParts,
     ) -> Option<Geometry> {
-        let key = (self.description.folder.join(&path.value), crease_angle.map(f64::to_bits));
-        if let Some(known) = self.files.get(&key) {
+        let key = self.description.folder.join(&path.value);
+        let known = self.files.get(&key).and_then(|all| all.iter().find(|(other, _)| other.is_like(&treatment)));
+        if let Some((_, known)) = known {
             return known.clone();
         }
-        let geometry = self.load(&key.0, &path.origin, crease_angle, parts);
-        self.files.insert(key, geometry.clone());
+        let geometry = self.load(&key, &path.origin, treatment, parts);
+        self.files.entry(key).or_default().push((treatment, geometry.clone()));
         geometry
     }
 
-    fn load(
-        &mut self,
-        path: &Path,
-        origin: &Origin,
-        crease_angle: Option<f64>,
-        parts: &mut SceneParts,
-    ) -> Option<Geometry> {
+    fn load(&mut self, path: &Path, origin: &Origin, treatment: Treatment, parts: &mut SceneParts) -> Option<Geometry> {
         if let Some(file) = self.loaded.remove(path) {
-            return self.add_file(file, path, origin, crease_angle, parts);
+            return self.add_file(file, path, origin, treatment, parts);
         }
         if let Some(error) = unknown_ending(path, origin) {
             self.findings.push(error);
@@ -160,7 +180,7 @@ impl<'a> Loader<'a> {
             }
         };
         match mesh_file::read(self.sources, file, &limits) {
-            Ok(file) => self.add_file(file, path, origin, crease_angle, parts),
+            Ok(file) => self.add_file(file, path, origin, treatment, parts),
             Err(findings) => {
                 self.findings.append(findings);
                 None
@@ -174,19 +194,21 @@ impl<'a> Loader<'a> {
         file: MeshFile,
         path: &Path,
         origin: &Origin,
-        crease_angle: Option<f64>,
+        treatment: Treatment,
         parts: &mut SceneParts,
     ) -> Option<Geometry> {
+        let import = self.imports.len();
         self.imports.push(Import::new(path, &file));
         let MeshFile { mut mesh, spheres, materials, notes, .. } = file;
         self.findings.append(notes);
         self.count(mesh.indices.len().saturating_add(spheres.len()), origin)?;
-        if let Some(angle) = crease_angle {
-            if mesh.normals.is_some() {
-                let note = Diagnostic::note("`crease_angle` is not used: the file has normals or smoothing groups");
-                self.findings.push(note.at(origin.clone()));
-            }
-            crease::smooth(&mut mesh, angle);
+        if treatment.crease_angle.is_some() && mesh.normals.is_some() {
+            let note = Diagnostic::note("`crease_angle` is not used: the file has normals or smoothing groups");
+            self.findings.push(note.at(origin.clone()));
+        }
+        self.treat(&mut mesh, treatment)?;
+        if treatment.simplify.is_some() {
+            self.imports[import].use_mesh(&mesh);
         }
         let mut pieces = Vec::with_capacity(spheres.len() + 1);
         if !mesh.indices.is_empty() || spheres.is_empty() {
@@ -204,6 +226,19 @@ impl<'a> Loader<'a> {
             self.material(&named.material, named.origin.as_ref(), &folder, Severity::Warning, parts);
         }
         Some(Geometry { pieces, materials: (first..parts.materials.len()).collect() })
+    }
+
+    /// Simplifies a mesh and gives it normals, as asked for; `None` after an error.
+    fn treat(&mut self, mesh: &mut Mesh, treatment: Treatment) -> Option<()> {
+        if let Some(record) = treatment.simplify {
+            let (simplified, told) = record.apply(mesh);
+            self.findings.push(told);
+            *mesh = simplified?;
+        }
+        if let Some(angle) = treatment.crease_angle {
+            crease::smooth(mesh, angle);
+        }
+        Some(())
     }
 
     /// Counts triangles and spheres against the limit; `None` after an error.

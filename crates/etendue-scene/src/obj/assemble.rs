@@ -7,6 +7,7 @@ use super::{
     unifier::{NONE, PositionNumbers, Triples, Unifier},
 };
 use crate::{
+    mesh_file::Numbering,
     parallel,
     polygon::{Cut, Triangulator, angle_at, newell},
     positions::localise,
@@ -29,6 +30,7 @@ const FLAT: u64 = 3 << 32;
 /// The mesh of a file.
 pub(super) struct Assembled {
     pub mesh: Mesh,
+    pub numbering: Numbering,
     /// First triangle of each run of [`Statements::groups`].
     pub groups: Vec<usize>,
     /// What was repaired: how often, and the first face.
@@ -66,7 +68,7 @@ pub(super) fn assemble(statements: &mut Statements, material_of: Option<&dyn Fn(
         }
         assembly.end_piece();
     }
-    let (mut mesh, repairs) = assembly.finish(statements);
+    let (mut mesh, numbering, repairs) = assembly.finish(statements);
     mesh.face_materials = material_of.map(|material_of| {
         let mut run = 0;
         let materials: Vec<_> = materials.into_iter().map(|(start, number)| (start, material_of(number))).collect();
@@ -78,7 +80,7 @@ pub(super) fn assemble(statements: &mut Statements, material_of: Option<&dyn Fn(
         };
         (0..mesh.indices.len()).map(material).collect()
     });
-    Assembled { mesh, groups, repairs }
+    Assembled { mesh, numbering, groups, repairs }
 }
 
 /// Numbers of vertices.
@@ -288,7 +290,7 @@ impl Assembly {
         }
     }
 
-    fn finish(self, statements: &mut Statements) -> (Mesh, Vec<(Skipped, usize, u32)>) {
+    fn finish(self, statements: &mut Statements) -> (Mesh, Numbering, Vec<(Skipped, usize, u32)>) {
         let Self { vertices_seen, done, done_count, has_uvs, has_normals, smooth, sums, flats, repairs, .. } = self;
         drop(smooth);
         let uvs = std::mem::take(&mut statements.uvs);
@@ -322,10 +324,12 @@ impl Assembly {
         drop((uvs, normals));
         let positions = std::mem::take(&mut statements.positions);
         let (origin, local) = localise(used.iter().map(|&position| positions[position as usize]));
+        let count = positions.len();
         drop(positions);
         let colors = mesh_colors(std::mem::take(&mut statements.colors), &used);
         let (normals, uvs) = (mesh_normals, mesh_uvs);
-        (Mesh { origin, positions: local, indices, normals, uvs, colors, face_materials: None }, repairs)
+        let mesh = Mesh { origin, positions: local, indices, normals, uvs, colors, face_materials: None };
+        (mesh, Numbering::new(count, used), repairs)
     }
 }
 

@@ -113,7 +113,15 @@ fn finish(
         found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
     }
     found.sort();
-    Ok(MeshFile { mesh: assembled.mesh, spheres, materials: used.materials, groups, keys, notes: found })
+    Ok(MeshFile {
+        mesh: assembled.mesh,
+        spheres,
+        materials: used.materials,
+        groups,
+        numbering: assembled.numbering,
+        keys,
+        notes: found,
+    })
 }
 
 /// The runs of faces with an `o` or `g` name; `starts` are the first triangles of all runs.

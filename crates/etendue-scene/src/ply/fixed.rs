@@ -14,6 +14,7 @@ use crate::{
     FileId,
     content::View,
     indexed::Repair,
+    mesh_file::Numbering,
     parallel,
     positions::{Bounds, local_origin},
     text::Tally,
@@ -116,6 +117,7 @@ struct Plan {
 /// What was read, and what a message will be about.
 pub(super) struct Fixed {
     pub mesh: Mesh,
+    pub numbering: Numbering,
     /// What was skipped or repaired, in the order in which the other reader finds it.
     pub skipped: Tally<Skipped>,
 }
@@ -162,10 +164,10 @@ fn read_ordered<const BIG: bool>(header: &Header, view: View<'_>, file: FileId) 
         let element = header.elements.iter().find(|element| element.name == name);
         element.map_or(0..0, |element| element.place.clone())
     };
-    let mesh = decode::<BIG>(&plan, view, &mut |what, count, element| {
+    let (mesh, numbering) = decode::<BIG>(&plan, view, &mut |what, count, element| {
         skipped.add_many(Skipped::Repaired(what), b"", count, file, place(element));
     })?;
-    Ok(Fixed { mesh, skipped })
+    Ok(Fixed { mesh, numbering, skipped })
 }
 
 /// Finds every element's place from the header and the first face.
@@ -271,7 +273,7 @@ fn decode<const BIG: bool>(
     plan: &Plan,
     view: View<'_>,
     report: &mut dyn FnMut(Repair, usize, &str),
-) -> Result<Mesh, Halt> {
+) -> Result<(Mesh, Numbering), Halt> {
     let Plan { vertices, columns, faces, .. } = plan;
     let mut arrays = columns.allocate(vertices.count);
     let mut indices = zeroed_shared::<[u32; 3]>(faces.records.count);
@@ -309,12 +311,15 @@ fn decode<const BIG: bool>(
         }
         arrays.normals = None;
     }
+    let mut numbering = Numbering::same(vertices.count);
     if unused > 0 {
         if !columns.positions_are_exact() {
             return Err(Halt::Other);
         }
         report(Repair::Unreferenced, unused, "vertex");
         bounds = arrays.leave_out(&used, unique(&mut indices));
+        let is_used = |vertex: &u32| used[*vertex as usize].load(Relaxed);
+        numbering.of_vertices = Some((0..vertices.count as u32).filter(is_used).collect());
     }
     if broken > 0 {
         report(Repair::FewCorners, broken, "face");
@@ -330,7 +335,7 @@ fn decode<const BIG: bool>(
         }
     }
     columns.finish_colors(&mut arrays);
-    Ok(Mesh {
+    let mesh = Mesh {
         origin,
         positions: arrays.positions,
         indices,
@@ -338,7 +343,8 @@ fn decode<const BIG: bool>(
         uvs: arrays.uvs,
         colors: arrays.colors,
         face_materials: None,
-    })
+    };
+    Ok((mesh, numbering))
 }
 
 /// The values of an array that nothing shares yet.

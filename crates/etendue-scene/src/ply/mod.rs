@@ -27,7 +27,7 @@ use crate::{
     Diagnostic, Diagnostics, FileId, Severity, Span,
     content::View,
     indexed::Repair,
-    mesh_file::{MeshFile, fatal},
+    mesh_file::{MeshFile, Numbering, fatal},
     positions::{LARGEST, usable},
     text::{Cursor, Tally},
 };
@@ -55,9 +55,9 @@ pub(crate) fn read_view(view: View<'_>, file: FileId) -> Result<MeshFile, Diagno
     let mut buffer = Vec::new();
     let start = view.piece(0..view.len().min(LONGEST_HEADER), &mut buffer).map_err(failed)?;
     if let Ok(header) = header::parse(start, file)
-        && let Some(Fixed { mesh, skipped }) = fixed::read(&header, view, file).map_err(failed)?
+        && let Some(Fixed { mesh, numbering, skipped }) = fixed::read(&header, view, file).map_err(failed)?
     {
-        return finish(Some(mesh), Diagnostics::new(), skipped, file);
+        return finish(Some((mesh, numbering)), Diagnostics::new(), skipped, file);
     }
     read_in_order(view.piece(0..view.len(), &mut buffer).map_err(failed)?, file)
 }
@@ -89,7 +89,7 @@ fn read_values<V: Values>(header: &Header, file: FileId, values: V) -> Result<Me
 
 /// Reports what was found.
 fn finish(
-    mesh: Option<Mesh>,
+    mesh: Option<(Mesh, Numbering)>,
     mut found: Diagnostics,
     skipped: Tally<Skipped>,
     file: FileId,
@@ -98,11 +98,11 @@ fn finish(
     skipped.report(&mut found);
     found.sort();
     match mesh {
-        Some(mesh) if !found.has_errors() => {
+        Some((mesh, numbering)) if !found.has_errors() => {
             if mesh.indices.is_empty() {
                 found.push(Diagnostic::warning("no faces in this file").at(Span::new(file, 0..0)));
             }
-            Ok(MeshFile { keys, ..MeshFile::of_mesh(mesh, found) })
+            Ok(MeshFile { keys, numbering, ..MeshFile::of_mesh(mesh, found) })
         }
         _ => Err(found),
     }
@@ -115,7 +115,7 @@ fn assemble(
     file: FileId,
     found: &mut Diagnostics,
     skipped: &mut Tally<Skipped>,
-) -> Option<Mesh> {
+) -> Option<(Mesh, Numbering)> {
     let place = |name: &str| {
         let element = header.elements.iter().find(|element| element.name == name);
         element.map_or(0..0, |element| element.place.clone())

@@ -321,6 +321,25 @@ pub static MESH: Section = Section {
         all("uvs"),
         all("colors"),
         all("crease_angle"),
+        all("simplify"),
+    ],
+};
+
+/// Fewer faces.
+pub static SIMPLIFY: Section = Section {
+    name: "simplify",
+    keys: &[
+        all("faces"),
+        all("ratio"),
+        all("max_error"),
+        all("method"),
+        all("placement"),
+        all("sigma"),
+        all("keep_boundary"),
+        all("crease_angle"),
+        all("fast"),
+        all("polish"),
+        all("seed"),
     ],
 };
 
@@ -336,6 +355,7 @@ pub static OBJECT: Section = Section {
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),
         of("crease_angle", &["mesh"]),
+        of("simplify", &["mesh"]),
         of("center", &["sphere"]),
         of("radius", &["sphere", "disk"]),
         of("size", &["rectangle", "box"]),
@@ -376,7 +396,7 @@ pub static LIGHT: Section = Section {
 };
 
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 25] = [
+pub static SECTIONS: [&Section; 26] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -397,6 +417,7 @@ pub static SECTIONS: [&Section; 25] = [
     &EMISSION,
     &TANGENT,
     &MESH,
+    &SIMPLIFY,
     &OBJECT,
     &STEP,
     &ROTATE,

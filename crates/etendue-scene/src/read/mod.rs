@@ -9,6 +9,7 @@ mod object;
 mod pattern;
 mod references;
 mod settings;
+mod simplify;
 mod sky;
 mod tangent;
 mod texture;
@@ -23,6 +24,7 @@ pub(crate) use pattern::{KINDS as PATTERNS, MAX_STOPS};
 pub use references::check_files;
 pub(crate) use settings::MAX_DEPTH;
 pub use settings::MAX_SIDE;
+pub(crate) use simplify::{FACES, RATIO, SIGMAS};
 pub(crate) use sky::{LATITUDES, LONGITUDES, SUN_SIZES, TURBIDITIES, ZONES};
 pub use values::{Bounds, rotation, sin_cos_degrees};
 
@@ -106,8 +108,8 @@ fn media(item: Item) -> Option<Vec<MediumRecord>> {
 
 fn meshes(item: Item) -> Option<Vec<MeshRecord>> {
     let record = |(entry, item): (&Entry, Item)| {
-        let (source, crease_angle) = object::mesh_source(item);
-        MeshRecord { name: entry.key.clone(), source, crease_angle, origin: entry.origin.clone() }
+        let (source, crease_angle, simplify) = object::mesh_source(item);
+        MeshRecord { name: entry.key.clone(), source, crease_angle, simplify, origin: entry.origin.clone() }
     };
     Some(named(item, "meshes")?.map(record).collect())
 }

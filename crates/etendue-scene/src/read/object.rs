@@ -2,13 +2,14 @@
 
 use super::{
     fields::{Fields, Item},
-    keys,
+    keys, simplify,
     values::Bounds,
 };
 use crate::{
     Diagnostic,
     description::{Located, MeshSource, ObjectRecord, ShapeRecord, Step},
     positions::localise,
+    simplify::SimplifyRecord,
     value::{Data, Entry},
 };
 use etendue::{math::DVec3, scene::Mesh, spectrum::Spectrum};
@@ -53,11 +54,12 @@ fn crease_angle(fields: &Fields) -> Option<f64> {
     fields.read("crease_angle", |i: Item| i.number(Bounds::within(0.0, 180.0).above()))
 }
 
-/// The geometry of `[meshes.NAME]`, and its crease angle.
-pub fn mesh_source(item: Item) -> (MeshSource, Option<f64>) {
+/// The geometry of `[meshes.NAME]`, its crease angle, and how it is simplified.
+pub fn mesh_source(item: Item) -> (MeshSource, Option<f64>, Option<SimplifyRecord>) {
     let empty = || MeshSource::Inline(empty_mesh());
-    let Some(fields) = item.table(&keys::MESH, "[meshes.NAME]") else { return (empty(), None) };
+    let Some(fields) = item.table(&keys::MESH, "[meshes.NAME]") else { return (empty(), None, None) };
     let crease_angle = crease_angle(&fields);
+    let simplify = fields.read("simplify", simplify::simplify);
     fields.exclusive("normals", "crease_angle");
     for key in ["positions", "indices", "normals", "uvs", "colors"] {
         fields.exclusive("file", key);
@@ -78,7 +80,7 @@ pub fn mesh_source(item: Item) -> (MeshSource, Option<f64>) {
         inline_mesh(&fields).map(MeshSource::Inline)
     };
     fields.finish();
-    (source.unwrap_or_else(empty), crease_angle)
+    (source.unwrap_or_else(empty), crease_angle, simplify)
 }
 
 fn inline_mesh(fields: &Fields) -> Option<Mesh> {
@@ -238,10 +240,12 @@ fn shape(fields: &Fields, kind: Kind) -> Option<ShapeRecord> {
                 fields.lacks("`mesh` or `file`");
             }
             let crease_angle = crease_angle(fields);
+            let simplify = fields.read("simplify", simplify::simplify);
             if fields.get("file").is_none() {
                 fields.exclusive("mesh", "crease_angle");
+                fields.exclusive("mesh", "simplify");
             }
-            mesh.map(ShapeRecord::Mesh).or(file.map(|path| ShapeRecord::File { path, crease_angle }))
+            mesh.map(ShapeRecord::Mesh).or(file.map(|path| ShapeRecord::File { path, crease_angle, simplify }))
         }
         Kind::Sphere => Some(ShapeRecord::Sphere {
             center: fields.read("center", |i| i.point()).unwrap_or(DVec3::ZERO),

@@ -2,10 +2,11 @@
 
 use crate::{
     read::{
-        Bounds, COEFFICIENT, FREE_PATH, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS,
-        MEAN_COSINE, PATTERNS, PRIORITY, SEGMENTS, SUN_SIZES, TINT, TURBIDITIES, WEIGHT, ZONES,
+        Bounds, COEFFICIENT, FACES, FREE_PATH, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS,
+        MEAN_COSINE, PATTERNS, PRIORITY, RATIO, SEGMENTS, SIGMAS, SUN_SIZES, TINT, TURBIDITIES, WEIGHT, ZONES,
         keys::{self, Section},
     },
+    simplify::{METHODS, PLACEMENTS},
     volume_file::{Axes, ByteOrder, SampleType},
 };
 use etendue::{
@@ -116,6 +117,7 @@ pub fn kind(section: &str, key: &str) -> Option<Kind> {
         "emission" => emission(key),
         "tangent" => tangent(key),
         "[meshes.NAME]" => mesh(key),
+        "simplify" => simplify(key),
         "[[objects]]" => object(key),
         "a step of transform" => step(key),
         "rotate" => rotate(key),
@@ -406,6 +408,22 @@ fn mesh(key: &str) -> Option<Kind> {
         "uvs" => list(array(Number(FAR), 2)),
         "colors" => list(Colour(Bounds::UNIT)),
         "crease_angle" => crease_angle(),
+        "simplify" => Table(&keys::SIMPLIFY),
+        _ => return None,
+    })
+}
+
+fn simplify(key: &str) -> Option<Kind> {
+    Some(match key {
+        "faces" => Integer(FACES.0, FACES.1),
+        "ratio" => Number(RATIO),
+        "max_error" => Kind::Any(vec![Number(Bounds::LENGTH), Name]),
+        "method" => Kind::Choice(METHODS.map(|(name, _)| name).to_vec()),
+        "placement" => Kind::Choice(PLACEMENTS.map(|(name, _)| name).to_vec()),
+        "sigma" => Number(SIGMAS),
+        "crease_angle" => crease_angle(),
+        "keep_boundary" | "fast" | "polish" => Boolean,
+        "seed" => Integer(0, i64::MAX),
         _ => return None,
     })
 }
@@ -417,6 +435,7 @@ fn object(key: &str) -> Option<Kind> {
         "materials" => Kind::Names,
         "transform" => transform(),
         "crease_angle" => crease_angle(),
+        "simplify" => Table(&keys::SIMPLIFY),
         "center" | "corner" | "u" | "v" | "min" | "max" => point(),
         "radius" => Number(Bounds::LENGTH),
         "size" => Kind::Any(vec![Number(Bounds::LENGTH), Kind::Array(Box::new(Number(Bounds::LENGTH)), 2, 3)]),

@@ -1,6 +1,7 @@
 //! What the scenes of the gallery need and the project makes itself.
 
 mod balloons;
+mod block;
 mod canvas;
 mod curve;
 mod dragon;
@@ -40,6 +41,7 @@ pub const INPUTS: &[Input] = &[
     Input { name: "painting.png", make: painting::png },
     Input { name: "dragon.ply.gz", make: || dragon(dragon::FACES) },
     Input { name: "gate.ply.gz", make: gate::ply_gz },
+    Input { name: "block.ply.gz", make: block::ply_gz },
 ];
 
 #[cfg(test)]

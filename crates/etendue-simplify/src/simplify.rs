@@ -1,0 +1,152 @@
+//! The way of a mesh through the crate.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use crate::bounded::bounded;
+use crate::engine::{Work, reduce};
+use crate::metric::Metric;
+use crate::polish::polish;
+use crate::prepare::{prepare, validate};
+use crate::vertex::Kind;
+use crate::{Mesh, MeshRef, Options, Placement, Progress, Report, Simplified, SimplifyError, Stage, Target};
+
+/// Simplifies a mesh: collapses edges, the cheapest first, until the target is reached or no edge may be collapsed.
+///
+/// Vertices at exactly one position are one for the topology; faces with two corners at one position, repeated faces and faces
+/// with coordinates that are not finite are left out and counted. No face turns over, unless it is smaller than the error; no
+/// edge gets more than two faces, no hole is torn or closed; borders of the surface and of materials and seams of attributes stay
+/// where they are. Self-intersections are not looked for. The result depends on the input and the options alone, not on the
+/// number of threads. Indices of locked vertices that are not there are ignored.
+///
+/// `progress` is called now and then, and may end the work. Takes about 150 bytes a face of the input beside it, without attributes
+/// and without the polish.
+///
+/// # Errors
+///
+/// If an index or the length of an array is wrong, an option is out of its range, there are more vertices or corners than 32 bits
+/// count, or `progress` says so.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use etendue_simplify::{MeshRef, Options, Target, simplify};
+///
+/// // A square of 8 by 8 squares.
+/// let at = |i: u32| [(i % 9) as f32, (i / 9) as f32, 0.0];
+/// let positions: Vec<[f32; 3]> = (0..81).map(at).collect();
+/// let corners = (0..72).filter(|i| i % 9 < 8);
+/// let faces: Vec<[u32; 3]> = corners.flat_map(|i| [[i, i + 1, i + 10], [i, i + 10, i + 9]]).collect();
+/// let mesh = MeshRef { positions: &positions, faces: &faces, normals: None, uvs: None, colors: None, materials: None };
+/// let result = simplify(&mesh, &Options::new(Target::Faces(2)), &mut |_| ControlFlow::Continue(()))?;
+/// assert_eq!(result.mesh.faces.len(), 2);
+/// assert_eq!(result.mesh.positions.len(), 4);
+/// # Ok::<(), etendue_simplify::SimplifyError>(())
+/// ```
+pub fn simplify(
+    mesh: &MeshRef<'_>,
+    options: &Options,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
+    validate(mesh)?;
+    check(options)?;
+    match options.target {
+        Target::Faces(faces) => reduced(mesh, options, faces, progress),
+        Target::Ratio(ratio) => reduced(mesh, options, (mesh.faces.len() as f64 * ratio) as usize, progress),
+        Target::Error(most) => bounded(mesh, most, options, progress),
+    }
+}
+
+/// Simplifies a mesh to so many faces.
+pub(crate) fn reduced(
+    mesh: &MeshRef<'_>,
+    options: &Options,
+    faces: usize,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
+    let metric = Metric::new(options);
+    let start = Instant::now();
+    tell(progress, Stage::Prepare, 0.0)?;
+    let (mut work, dropped) = prepare(mesh, options, &metric);
+    let prepare_seconds = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    tell(progress, Stage::Collapse, 0.0)?;
+    let outcome = reduce(&mut work, &metric, faces, progress)?;
+    let unit = work.unit;
+    let (mut simplified, kinds) = assemble(work);
+    let collapse_seconds = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    if options.polish && !options.fast {
+        polish(mesh, &mut simplified, &kinds, progress)?;
+    }
+    let polish_seconds = start.elapsed().as_secs_f64();
+    let report = Report {
+        faces_in: mesh.faces.len(),
+        faces_out: simplified.faces.len(),
+        vertices_in: mesh.positions.len(),
+        vertices_out: simplified.positions.len(),
+        collapses: outcome.collapses,
+        cuts: outcome.cuts,
+        refused: outcome.refused,
+        dropped,
+        stopped: outcome.stopped,
+        prepare_seconds,
+        collapse_seconds,
+        polish_seconds,
+        distance: None,
+        error_estimate: f64::from(outcome.worst).sqrt() * unit,
+    };
+    Ok(Simplified { mesh: simplified, report })
+}
+
+fn tell(progress: &mut dyn FnMut(Progress) -> ControlFlow<()>, stage: Stage, done: f32) -> Result<(), SimplifyError> {
+    match progress(Progress { stage, done }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(SimplifyError::Interrupted),
+    }
+}
+
+fn check(options: &Options) -> Result<(), SimplifyError> {
+    let bad = |option, found, expected| Err(SimplifyError::BadOption { option, found, expected });
+    match options.target {
+        Target::Ratio(ratio) if !(ratio > 0.0 && ratio <= 1.0) => {
+            return bad("ratio", ratio, "above 0 and at most 1");
+        }
+        Target::Error(error) if !(error >= 0.0 && error.is_finite()) => {
+            return bad("largest error", error, "0 or more");
+        }
+        _ => {}
+    }
+    if let Placement::Probabilistic { sigma } = options.placement
+        && !(0.0..=1.0).contains(&sigma)
+    {
+        return bad("sigma", sigma, "between 0 and 1");
+    }
+    if !(options.crease_angle > 0.0 && options.crease_angle <= std::f64::consts::PI) {
+        return bad("crease angle", options.crease_angle, "above 0 and at most pi");
+    }
+    Ok(())
+}
+
+/// The mesh, and where its vertices may go.
+fn assemble(mut work: Work) -> (Mesh, Vec<Kind>) {
+    let place = |v: u32| work.vertices[v as usize].position.map(|x| (f64::from(x) * work.unit) as f32);
+    let mut mesh = Mesh { materials: work.faces.materials.take(), ..Mesh::default() };
+    let corners = work.faces.wedges.as_ref().unwrap_or(&work.faces.corners);
+    let mut new_index = vec![u32::MAX; work.wedges.as_ref().map_or(work.vertices.len(), |wedges| wedges.list.len())];
+    for &v in corners.as_flattened() {
+        new_index[v as usize] = 0;
+    }
+    let mut used = Vec::new();
+    for (i, index) in new_index.iter_mut().enumerate().filter(|(_, index)| **index == 0) {
+        *index = used.len() as u32;
+        used.push(i);
+    }
+    let owner = |i: usize| work.wedges.as_ref().map_or(i as u32, |wedges| wedges.list[i].owner);
+    mesh.positions = used.iter().map(|&i| place(owner(i))).collect();
+    mesh.faces = corners.iter().map(|face| face.map(|v| new_index[v as usize])).collect();
+    let kinds = used.iter().map(|&i| work.vertices[owner(i) as usize].kind).collect();
+    if let Some(wedges) = &work.wedges {
+        wedges.write(&mut mesh, used.iter().copied());
+    }
+    (mesh, kinds)
+}

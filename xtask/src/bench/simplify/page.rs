@@ -1,0 +1,129 @@
+//! The tables of docs/simplify.md.
+
+use super::{kept, scenes};
+use crate::root;
+use serde_json::Value;
+use std::{fmt::Write, fs};
+
+/// Marks in the page between which tables are written.
+const MARKS: [&str; 2] = ["<!-- results -->", "<!-- end of results -->"];
+
+/// Writes the tables from the kept results; nothing if there are none.
+pub fn page() -> Result<(), String> {
+    let results = kept();
+    if results.is_empty() {
+        return Ok(());
+    }
+    let path = root().join("docs/simplify.md");
+    let page = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let split = page.split_once(MARKS[0]).and_then(|(a, b)| Some((a, b.split_once(MARKS[1])?.1)));
+    let (before, after) = split.ok_or_else(|| format!("{}: {} is missing", path.display(), MARKS.join(" or ")))?;
+    let page = format!("{before}{}\n{}{}{after}", MARKS[0], tables(&results), MARKS[1]);
+    scenes::write(&path, page.as_bytes())?;
+    println!("{} models written to {}", results.len(), path.display());
+    Ok(())
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or("")
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().map_or(&[], Vec::as_slice)
+}
+
+/// Three digits.
+fn three(v: f64) -> String {
+    let digits = if v > 0.0 && v.is_finite() { (2 - libm::log10(v).floor() as i32).clamp(0, 6) as usize } else { 0 };
+    format!("{v:.digits$}")
+}
+
+fn tables(results: &[Value]) -> String {
+    let mut out = String::new();
+    for result in results {
+        let _ = writeln!(
+            out,
+            "\n### {}\n\n{}; {} turns, {} points each way.\n",
+            text(&result["model"]),
+            text(&result["what"]),
+            result["turns"],
+            result["samples"]
+        );
+        let sizes = list(&result["sizes"]);
+        let titles: Vec<String> = sizes.iter().map(|size| format!("to {}", size["faces"])).collect();
+        let _ = writeln!(out, "| tool | {} |\n|---|{}", titles.join(" | "), "---|".repeat(sizes.len()));
+        for (i, tool) in sizes.first().map_or(&[][..], |size| list(&size["tools"])).iter().enumerate() {
+            let cells: Vec<String> = sizes.iter().map(|size| cell(size, i)).collect();
+            let _ = writeln!(out, "| {} | {} |", text(&tool["name"]), cells.join(" | "));
+        }
+        for size in sizes.iter().filter(|size| size["check"].is_object()) {
+            let [rms, largest] = ["rms", "largest"].map(|key| number(&size["check"][key]));
+            let _ = write!(out, "\nMeshLab's distances over ours at {}: {rms:.4}, {largest:.4}.", size["faces"]);
+        }
+        let tried = list(&result["sigma"]["tried"]);
+        if !tried.is_empty() {
+            let _ = writeln!(out, "\n\nSigma, to {} without polish:\n", result["sigma"]["faces"]);
+            let row = |title: &str, key: &str, scale: f64| {
+                let cells: Vec<String> = tried.iter().map(|t| three(scale * number(&t[key]))).collect();
+                format!("| {title} | {} |", cells.join(" | "))
+            };
+            let _ = writeln!(out, "{}\n|---|{}", row("sigma", "sigma", 1.0), "---|".repeat(tried.len()));
+            let _ = writeln!(out, "{}\n{}", row("rms", "rms", 1e4), row("largest", "largest", 1e4));
+        }
+    }
+    out.push('\n');
+    out
+}
+
+/// Seconds with their interval, and distances in 1e-4 of the diagonal; the fewest of the others in bold.
+fn cell(size: &Value, tool: usize) -> String {
+    let all = list(&size["tools"]);
+    let entry = &all[tool];
+    let [seconds, low, high] = [0, 1, 2].map(|i| number(&entry["seconds"][i]));
+    let least = |key: &str| all.iter().map(|t| number(&t[key])).fold(f64::INFINITY, f64::min);
+    let [rms, largest] = ["rms", "largest"].map(|key| {
+        let value = three(1e4 * number(&entry[key]));
+        if number(&entry[key]) == least(key) { format!("**{value}**") } else { value }
+    });
+    let missed = match (entry["faces"].as_u64(), size["faces"].as_u64()) {
+        (Some(faces), Some(asked)) if faces > asked => format!(" ({faces} faces)"),
+        _ => String::new(),
+    };
+    format!("{} s ({}-{}); {rms} / {largest}{missed}", three(seconds), three(low), three(high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn tables_hold_what_was_measured() {
+        let tool = |name: &str, rms: f64, faces: u64| json!({ "name": name, "seconds": [0.5, 0.4, 0.6], "faces": faces, "rms": rms, "largest": 2e-3 });
+        let size = json!({ "faces": 10, "tools": [tool("A", 1.5e-4, 10), tool("B", 2e-4, 12)], "check": { "rms": 1.0, "largest": 0.99 } });
+        let sigma = json!({ "faces": 10, "tried": [{ "sigma": 0.01, "rms": 1e-4, "largest": 3e-4 }] });
+        let result =
+            json!({ "model": "cube", "what": "a cube", "turns": 5, "samples": 100, "sizes": [size], "sigma": sigma });
+        let page = tables(&[result]);
+        for part in [
+            "### cube",
+            "| tool | to 10 |",
+            "| A | 0.500 s (0.400-0.600); **1.50** / **20.0** |",
+            "| B | 0.500 s (0.400-0.600); 2.00 / **20.0** (12 faces) |",
+            "at 10: 1.0000, 0.9900",
+            "| rms | 1.00 |",
+        ] {
+            assert!(page.contains(part), "{part} in {page}");
+        }
+    }
+
+    #[test]
+    fn the_page_has_its_marks() {
+        let page = fs::read_to_string(root().join("docs/simplify.md")).unwrap();
+        assert!(MARKS.iter().all(|mark| page.matches(mark).count() == 1));
+    }
+}
