@@ -34,6 +34,7 @@ pub mod source;
 pub mod stl;
 pub mod sun_position;
 mod text;
+pub mod track;
 pub mod value;
 mod vertex_colors;
 pub mod volume_file;

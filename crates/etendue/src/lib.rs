@@ -12,6 +12,7 @@ pub mod light;
 pub mod material;
 pub mod math;
 pub mod medium;
+pub mod motion;
 mod parallel;
 pub mod render;
 pub mod sampling;
