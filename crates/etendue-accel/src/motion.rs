@@ -112,6 +112,11 @@ impl Motion {
         Transform { to_world: self.to_world(&pose).map(|row| row.map(|x| x as f32)), to_object: self.to_object(&pose) }
     }
 
+    /// The map to the world at a time, rows in f64; see [`Self::at`].
+    pub fn rows_at(&self, time: f32) -> [[f64; 4]; 3] {
+        self.to_world(&self.pose(time))
+    }
+
     /// The inverse of the map at a time alone: the same bits as [`Self::at`] gives.
     #[inline(never)]
     pub(crate) fn to_object_at(&self, time: f32) -> [[f32; 4]; 3] {

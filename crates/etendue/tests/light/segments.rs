@@ -10,7 +10,8 @@ use etendue::{
     math::Vec3,
 };
 use etendue_accel::{
-    Accelerator, AcceleratorKind, Geometry, Instance, Isa, Place, PrimitiveId, Ray, Sphere, Transform, TriangleMesh, World,
+    Accelerator, AcceleratorKind, Geometry, Instance, Isa, Place, PrimitiveId, Ray, Sphere, Transform, TriangleMesh,
+    World,
 };
 use etendue_testkit::Rng;
 
