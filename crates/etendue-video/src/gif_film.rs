@@ -13,7 +13,7 @@ const TICKS: u32 = 100;
 /// A palette is kept while its mean squared error is at most this much that of a new one, and this: a new palette makes
 /// what stands still flicker.
 const KEPT_FACTOR: f64 = 1.5;
-const KEPT_SQUARE: f64 = 8.0;
+const KEPT_SQUARE: f64 = 3.0;
 
 pub(crate) struct GifFilm<'w> {
     /// Until the first frame brings the palette of the whole.

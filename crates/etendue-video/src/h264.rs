@@ -134,3 +134,70 @@ fn without_start_code(unit: &[u8]) -> &[u8] {
 fn codec(reason: impl std::fmt::Display) -> VideoError {
     VideoError::codec(Kind::Mp4, reason)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use openh264::{decoder::Decoder, formats::YUVSource};
+
+    fn picture(frame: u32) -> Vec<u8> {
+        let pixel = |i: u32| [(i % 40 * 4 + frame) as u8, (i / 40 * 5) as u8, (i * 7 % 31 + frame * 3) as u8];
+        (0..40 * 24).flat_map(pixel).collect()
+    }
+
+    fn settings(quality: u8) -> Settings {
+        let rate = crate::FrameRate::new(5, 1).unwrap();
+        Settings { size: [40, 24], rate, frames: 25, quality }
+    }
+
+    /// With start codes, as a decoder that knows no MP4 wants it.
+    fn stream(sample: &[u8]) -> Vec<u8> {
+        let (mut out, mut rest) = (Vec::new(), sample);
+        while let Some((length, after)) = rest.split_first_chunk::<4>() {
+            let (unit, next) = after.split_at(u32::from_be_bytes(*length) as usize);
+            out.extend_from_slice(&[0, 0, 0, 1]);
+            out.extend_from_slice(unit);
+            rest = next;
+        }
+        out
+    }
+
+    #[test]
+    fn every_frame_comes_back_at_its_size() {
+        let mut encoder = H264::new(settings(100)).unwrap();
+        let mut decoder = Decoder::new().unwrap();
+        let mut reference = Planes::new([40, 24], 1);
+        for frame in 0..25 {
+            encoder.encode(&picture(frame)).unwrap();
+            let sets = encoder.parameter_sets().unwrap();
+            let head = [&[0, 0, 0, 1], &sets.sequence[..], &[0, 0, 0, 1], &sets.picture[..]].concat();
+            let bytes = [&head[..if frame == 0 { head.len() } else { 0 }], &stream(encoder.sample())].concat();
+            // Unit 5 is a key frame: every ten, at five a second.
+            let key = encoder.sample()[4] & 31 == 5;
+            assert_eq!(key, frame % 10 == 0, "frame {frame}");
+            let decoded = decoder.decode(&bytes).unwrap().expect("a picture");
+            assert_eq!(decoded.dimensions(), (40, 24));
+            reference.convert(&picture(frame));
+            let stride = decoded.strides().0;
+            for y in 0..24 {
+                for x in 0..40 {
+                    let (a, b) = (decoded.y()[y * stride + x], reference.y[y * 40 + x]);
+                    assert!(a.abs_diff(b) <= 12, "frame {frame} at {x}, {y}: {a} for {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn quality_is_constant() {
+        // A still picture: what follows a key frame adds next to nothing, and nothing is spent on a bit rate.
+        let mut encoder = H264::new(settings(60)).unwrap();
+        let mut lengths = Vec::new();
+        for _ in 0..12 {
+            encoder.encode(&picture(0)).unwrap();
+            lengths.push(encoder.sample().len());
+        }
+        assert_eq!(lengths[0], lengths[10], "{lengths:?}");
+        assert!(lengths[1..10].iter().all(|&length| length * 5 < lengths[0]), "{lengths:?}");
+    }
+}

@@ -149,6 +149,11 @@ impl Index<'_> {
         [rate.frames() * finer, rate.seconds() * finer]
     }
 
+    /// Width and height of what players show: 4:2:0 has even sides, so an odd one shows its last column or row twice.
+    fn shown(&self) -> [u32; 2] {
+        self.settings.size.map(|n| n.next_multiple_of(2))
+    }
+
     fn duration(&self) -> u64 {
         self.settings.frames * u64::from(self.ticks()[1])
     }
@@ -169,7 +174,7 @@ impl Index<'_> {
             put64(out, self.duration());
             put(out, [0, 0, 0, 0]);
             put_matrix(out);
-            put(out, self.settings.size.map(|n| n << 16));
+            put(out, self.shown().map(|n| n << 16));
         });
         boxed(out, b"mdia", |out| {
             full(out, b"mdhd", 1, 0, |out| {
@@ -230,12 +235,9 @@ impl Index<'_> {
     }
 
     fn sample_entry(&self, out: &mut Vec<u8>) {
-        let size = self.settings.size;
-        // 4:2:0 pictures have even sides; the clean aperture cuts the last odd column and row.
-        let even = size.map(|n| n.next_multiple_of(2));
         put16(out, [0, 0, 0, 1]);
         put(out, [0; 4]);
-        put16(out, even.map(|n| n as u16));
+        put16(out, self.shown().map(|n| n as u16));
         put(out, [0x48_0000, 0x48_0000, 0]); // 72 dots an inch
         put16(out, [1]);
         out.extend_from_slice(&[0; 32]);
@@ -252,18 +254,6 @@ impl Index<'_> {
             put16(out, [picture.len() as u16]);
             out.extend_from_slice(picture);
         });
-        if even != size {
-            boxed(out, b"clap", |out| {
-                for side in size {
-                    put(out, [side, 1]);
-                }
-                for c in 0..2 {
-                    // The centre of what is shown, from the centre of what is coded: half a pixel less, or nothing.
-                    let off = if even[c] == size[c] { 0 } else { -1i32 };
-                    put(out, [off as u32, 2]);
-                }
-            });
-        }
         boxed(out, b"colr", |out| {
             out.extend_from_slice(b"nclx");
             put16(out, [1, 1, 1]); // BT.709: primaries, transfer, matrix
