@@ -69,7 +69,7 @@ impl Label {
     ];
 
     /// The name in files and on the command line.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Object => "object",
             Self::Material => "material",
