@@ -4,7 +4,6 @@ mod common;
 
 use common::*;
 use etendue::image::{ChannelData, Image};
-use etendue_scene::image_file::{Limits, read_image};
 use serde_json::Value;
 use std::{fs, path::Path, process::Command};
 
@@ -54,7 +53,7 @@ transform = [{ translate = [0, 0.5, 0] }]
 [[objects]]
 name = "card"
 shape = "box"
-min = [0, -0.5, 1.4]
+min = [0, -0.5, 1.25]
 max = [2, 3, 1.5]
 material = "grey"
 
@@ -100,11 +99,9 @@ fn bits(image: &Image, name: &str) -> Vec<u32> {
 fn both_kinds_of_files_hold_the_same() {
     let folder = Folder::new();
     folder.put("scene.toml", SCENE);
-    let args = ["render", "scene.toml", "-o", "a.b.png", "--labels", "all", "--labels-format", "both", "--json"];
-    let output = folder.run(&args);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let image = read_image(&folder.path("a.b.labels.exr"), &Limits::default()).unwrap().image;
+    let summary =
+        folder.run("render scene.toml -o a.b.png --labels all --labels-format both --json").with_code(0).json();
+    let image = folder.image("a.b.labels.exr");
     assert_eq!((image.width, image.height), (48, 36));
     let files: [(&str, &str, &[&str]); 7] = [
         ("object", "<u4", &["Id.Object"]),
@@ -142,27 +139,25 @@ fn both_kinds_of_files_hold_the_same() {
     assert_eq!((&card["visible_fraction"], &veil["visible_fraction"]), (&serde_json::json!(1.0), &Value::Null));
     assert_eq!(ball["object_to_world"][1], serde_json::json!([0.0, 1.0, 0.0, 0.5]));
     assert_eq!(ball["box"]["center"], serde_json::json!([0.0, 0.5, 0.0]));
-    assert_eq!(card["bounds"], serde_json::json!([[0.0, -0.5, 1.4], [2.0, 3.0, 1.5]]));
+    assert_eq!(card["bounds"], serde_json::json!([[0.0, -0.5, 1.25], [2.0, 3.0, 1.5]]));
 }
 
 #[test]
 fn labels_do_not_change_the_picture_nor_it_them() {
     let folder = Folder::new();
     folder.put("scene.toml", SCENE);
-    let hash = |more: &[&str]| {
-        let output = folder.run(&[&["render", "scene.toml", "-o", "a.png", "--json"], more].concat());
-        assert!(output.status.success());
-        serde_json::from_slice::<Value>(&output.stdout).unwrap()["film_hash"].clone()
+    let hash = |more: &str| {
+        folder.run(&format!("render scene.toml -o a.png --json {more}")).with_code(0).json()["film_hash"].clone()
     };
-    let plain = hash(&[]);
+    let plain = hash("");
     assert!(!folder.path("a.labels.json").exists());
-    assert_eq!(hash(&["--labels", "depth,visibility"]), plain);
+    assert_eq!(hash("--labels depth,visibility"), plain);
     let first = fs::read(folder.path("a.labels.exr")).unwrap();
     assert!(!folder.path("a.depth.npy").exists());
-    hash(&["--labels", "visibility,depth", "--spp", "3", "--seed", "9", "--threads", "1", "--accel", "kdtree"]);
+    hash("--labels visibility,depth --spp 3 --seed 9 --threads 1 --accel kdtree");
     assert!(fs::read(folder.path("a.labels.exr")).unwrap() == first);
-    hash(&["--labels", "depth", "--crop", "10,5,30,25"]);
-    let image = read_image(&folder.path("a.labels.exr"), &Limits::default()).unwrap().image;
+    hash("--labels depth --crop 10,5,30,25");
+    let image = folder.image("a.labels.exr");
     assert_eq!((image.width, image.height), (20, 20));
     assert_eq!(json(&folder.path("a.labels.json"))["area"], serde_json::json!([10, 5, 30, 25]));
 }
@@ -170,20 +165,13 @@ fn labels_do_not_change_the_picture_nor_it_them() {
 #[test]
 fn what_cannot_be_is_said() {
     let folder = Folder::new();
-    for (args, exit, words) in [
-        (&["--labels", "flow"][..], 1, "flow"),
-        (&["--labels", "depht"], 1, "depht"),
-        (&["--labels-format", "npy"], 1, "--labels"),
-        (&["--labels", "all", "-o", "nowhere/a.png"], 4, "nowhere"),
-    ] {
-        let output = folder.run(&[&["render", "scene.toml"], args].concat());
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(exit), "{said}");
-        assert!(said.contains(words), "{said}");
-    }
+    let run = |args: &str| folder.run(&format!("render scene.toml {args}"));
+    run("--labels flow").with_code(1).saying(&["flow"]);
+    run("--labels depht").with_code(1).saying(&["depht", "depth"]);
+    run("--labels-format npy").with_code(1).saying(&["--labels"]);
+    run("--labels all -o nowhere/a.png").with_code(4).saying(&["nowhere"]);
     fs::create_dir(folder.path("a.labels.json")).unwrap();
-    let output = folder.run(&["render", "scene.toml", "-o", "a.png", "--labels", "all"]);
-    assert_eq!(output.status.code(), Some(4));
+    run("-o a.png --labels all").with_code(4).saying(&["a.labels.json"]);
     assert!(!folder.path("a.png").exists(), "it is found out before the work");
 }
 
@@ -196,8 +184,7 @@ fn the_manuals_python_reads_the_files() {
     let folder = Folder::new();
     folder.put("scene.toml", SCENE);
     folder.put("read.py", program);
-    let output = folder.run(&["render", "scene.toml", "-o", "out.png", "--labels", "all", "--labels-format", "npy"]);
-    assert!(output.status.success());
+    folder.run("render scene.toml -o out.png --labels all --labels-format npy").with_code(0);
     let python = |args: &[&str]| Command::new("python3").args(args).current_dir(folder.path("")).output();
     if !python(&["-c", "import numpy"]).is_ok_and(|output| output.status.success()) {
         println!("no Python with NumPy: skipped");
