@@ -217,6 +217,7 @@ impl Loaded {
                 filter: input.filter,
                 tile: args.tile.unwrap_or(defaults.tile),
                 wave: args.wave.unwrap_or(defaults.wave),
+                ..defaults
             },
             display: input.display,
             object_names,
