@@ -257,6 +257,11 @@ impl Scene {
         self.has_delta_lights
     }
 
+    /// What the instances of the accelerator's world look like.
+    pub(crate) fn placements(&self) -> &[Placement] {
+        &self.placements
+    }
+
     /// What fills space, and where.
     pub(crate) fn interiors(&self) -> &Interiors {
         &self.interiors
