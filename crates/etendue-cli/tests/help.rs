@@ -4,7 +4,8 @@ mod common;
 
 use common::{Folder, SCENE};
 
-const SUBCOMMANDS: [&str; 9] = ["render", "scene", "info", "convert", "simplify", "simulate", "diff", "completions", "man"];
+const SUBCOMMANDS: [&str; 9] =
+    ["render", "scene", "info", "convert", "simplify", "simulate", "diff", "completions", "man"];
 
 #[test]
 fn help_leads_with_examples() {

@@ -24,11 +24,7 @@ pub fn write_json(bake: &Bake, mut out: impl Write) -> io::Result<()> {
     out.flush()
 }
 
-fn array<const N: usize>(
-    out: &mut impl Write,
-    key: &str,
-    rows: impl Iterator<Item = [f64; N]>,
-) -> io::Result<()> {
+fn array<const N: usize>(out: &mut impl Write, key: &str, rows: impl Iterator<Item = [f64; N]>) -> io::Result<()> {
     out.write_all(key.as_bytes())?;
     let mut before: &[u8] = b"[";
     for row in rows {

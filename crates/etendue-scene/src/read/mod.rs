@@ -22,10 +22,10 @@ pub use material::default_material;
 pub(crate) use medium::{COEFFICIENT, FREE_PATH, MEAN_COSINE, TINT, WEIGHT};
 pub(crate) use object::SEGMENTS;
 pub(crate) use pattern::{KINDS as PATTERNS, MAX_STOPS};
-pub use references::check_files;
 pub(crate) use physics::{
     DURATIONS, FORCES, FREQUENCIES, FRICTIONS, MASSES, MAX_IGNORED, PARTS, RATIOS, SIZES, SPEEDS, STEPS, TIMES,
 };
+pub use references::check_files;
 pub(crate) use settings::MAX_DEPTH;
 pub use settings::MAX_SIDE;
 pub(crate) use simplify::{FACES, RATIO, SIGMAS};
