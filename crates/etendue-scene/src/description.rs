@@ -3,6 +3,7 @@
 
 use crate::{
     Origin,
+    animation::{AnimationRecord, MotionRecord, Varying},
     simplify::SimplifyRecord,
     sun_position::Moment,
     volume_file::{Axes, RawLayout},
@@ -60,6 +61,10 @@ pub struct SceneDescription {
     pub objects: Vec<ObjectRecord>,
     /// Lights that no ray can meet.
     pub lights: Vec<Located<DeltaLight>>,
+    /// Time.
+    pub animation: AnimationRecord,
+    /// What has other values at other times; here it has those of the animation's start.
+    pub varying: Varying,
 }
 
 /// Light from all around.
@@ -415,6 +420,8 @@ pub struct ObjectRecord {
     pub materials: Vec<[Located<String>; 2]>,
     /// Applied in order.
     pub transform: Vec<Located<Step>>,
+    /// How it moves from there; absent: not at all, or as keyframes or physics say.
+    pub motion: Option<MotionRecord>,
     /// Where the object is described.
     pub origin: Origin,
 }
