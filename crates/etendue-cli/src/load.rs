@@ -8,6 +8,7 @@ use crate::{
 use etendue::{
     camera::CameraSettings,
     film::FilmSettings,
+    labels::Subjects,
     render::{MAX_THREADS, RenderSettings},
     scene::{AcceleratorSettings, Scene, SceneParts},
     tonemap::DisplayTransform,
@@ -44,6 +45,8 @@ pub struct Job {
     pub display: DisplayTransform,
     /// Names of the objects, in the order of their ids.
     pub object_names: Vec<String>,
+    /// The objects that labels are of; none if there are no labels.
+    pub subjects: Subjects,
     /// Hash of the files read, hexadecimal.
     pub scene_hash: String,
 }
@@ -205,12 +208,12 @@ impl Loaded {
         let accelerator =
             AcceleratorSettings { kind: self.timeline.input().accelerator, isa: self.isa, threads: settings.threads };
         let input = self.timeline.input();
-        let job = (input.film.clone(), input.display, names(input), hash_of(input));
+        let job = (input.film.clone(), input.display, names(input), hash_of(input), subjects(input, args));
         let parts = self.timeline.into_parts(start).map_err(|found| refused(&found, &self.sources))?;
         let scene = build_scene(parts, &accelerator, args)?;
-        let (film, display, object_names, scene_hash) = job;
+        let (film, display, object_names, scene_hash, subjects) = job;
         let film = FilmSettings { crop: args.crop.or(film.crop), ..film };
-        Ok(Job { scene, accelerator, camera, film, settings, display, object_names, scene_hash })
+        Ok(Job { scene, accelerator, camera, film, settings, display, object_names, subjects, scene_hash })
     }
 
     /// As [`Self::build`], at a time, seconds; the scene stays, to be built at other times.
@@ -226,6 +229,7 @@ impl Loaded {
             settings,
             display: input.display,
             object_names: names(input),
+            subjects: subjects(input, args),
             scene_hash: hash_of(input),
         })
     }
@@ -259,6 +263,7 @@ impl Loaded {
             filter: input.filter,
             tile: args.tile.unwrap_or(defaults.tile),
             wave: args.wave.unwrap_or(defaults.wave),
+            ..defaults
         }
     }
 }
@@ -273,6 +278,11 @@ fn build_scene(parts: SceneParts, accelerator: &AcceleratorSettings, args: &Rend
 
 fn names(input: &Input) -> Vec<String> {
     input.parts.objects.iter().map(|object| object.name.clone()).collect()
+}
+
+/// What labels are of, if there are any.
+fn subjects(input: &Input, args: &RenderArgs) -> Subjects {
+    args.labels.labels.as_ref().map(|_| Subjects::of(&input.parts)).unwrap_or_default()
 }
 
 fn hash_of(input: &Input) -> String {

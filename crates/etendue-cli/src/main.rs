@@ -8,6 +8,7 @@ mod convert;
 mod diff;
 mod exit;
 mod info;
+mod labels;
 mod load;
 mod manifest;
 mod memory;

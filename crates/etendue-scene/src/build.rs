@@ -227,7 +227,7 @@ impl<'a> Builder<'a> {
                 Some(only) => vec![materials[only as usize]],
                 None => materials.clone(),
             };
-            let object = Object { name: name.clone(), shape: piece.shape, transform, materials };
+            let object = Object { name: name.clone(), shape: piece.shape, transform, materials, motion: None };
             let open = self.closed.open_edges(&self.parts, &object);
             if open > 0 {
                 let edges = if open == 1 { "1 edge has" } else { &format!("{open} edges have") };

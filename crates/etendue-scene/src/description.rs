@@ -4,6 +4,7 @@
 use crate::{
     Origin,
     animation::{AnimationRecord, MotionRecord, Varying},
+    physics::{BodyRecord, JointRecord, PhysicsRecord},
     simplify::SimplifyRecord,
     sun_position::Moment,
     volume_file::{Axes, RawLayout},
@@ -65,6 +66,10 @@ pub struct SceneDescription {
     pub animation: AnimationRecord,
     /// What has other values at other times; here it has those of the animation's start.
     pub varying: Varying,
+    /// What holds for all bodies.
+    pub physics: PhysicsRecord,
+    /// What joins bodies, in the order of the file.
+    pub joints: Vec<JointRecord>,
 }
 
 /// Light from all around.
@@ -422,6 +427,8 @@ pub struct ObjectRecord {
     pub transform: Vec<Located<Step>>,
     /// How it moves from there; absent: not at all, or as keyframes or physics say.
     pub motion: Option<MotionRecord>,
+    /// How it moves and collides; absent: it does neither.
+    pub body: Option<BodyRecord>,
     /// Where the object is described.
     pub origin: Origin,
 }

@@ -10,6 +10,7 @@ mod material;
 mod medium;
 mod object;
 mod pattern;
+mod physics;
 mod references;
 mod settings;
 mod simplify;
@@ -26,6 +27,9 @@ pub use material::default_material;
 pub(crate) use medium::{COEFFICIENT, FREE_PATH, MEAN_COSINE, TINT, WEIGHT};
 pub(crate) use object::SEGMENTS;
 pub(crate) use pattern::{KINDS as PATTERNS, MAX_STOPS};
+pub(crate) use physics::{
+    DURATIONS, FORCES, FREQUENCIES, FRICTIONS, MASSES, MAX_IGNORED, PARTS, RATIOS, SIZES, SPEEDS, STEPS, TIMES,
+};
 pub use references::check_files;
 pub(crate) use settings::MAX_DEPTH;
 pub use settings::MAX_SIDE;
@@ -63,6 +67,7 @@ fn read_any(file: FileId, bytes: &[u8], folder: &Path) -> (SceneDescription, Dia
     let cx = Context::new(diagnostics, damaged);
     let description = scene(&cx, &entries, file, folder);
     references::check(&cx, &description);
+    physics::check(&cx, &description);
     let mut diagnostics = cx.diagnostics.into_inner();
     diagnostics.sort();
     (description, diagnostics)
@@ -92,6 +97,8 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneD
         lights: lights(&fields).unwrap_or_default(),
         animation,
         varying: Varying::default(),
+        physics: fields.read("physics", physics::physics).unwrap_or_default(),
+        joints: fields.read("joints", |item| records(item, "joints", physics::joint)).unwrap_or_default(),
     };
     fields.finish();
     SceneDescription { varying: again::varying(cx, entries, &origin), ..description }

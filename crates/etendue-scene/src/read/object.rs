@@ -3,7 +3,7 @@
 use super::{
     animation,
     fields::{Fields, Item},
-    keys, simplify,
+    keys, physics, simplify,
     values::Bounds,
 };
 use crate::{
@@ -214,6 +214,7 @@ pub fn object(item: Item) -> Option<ObjectRecord> {
         },
         transform: fields.read("transform", transform).unwrap_or_default(),
         motion: fields.read("motion", animation::motion),
+        body: fields.read("body", physics::body),
         origin: fields.origin.clone(),
     };
     fields.finish();

@@ -1,10 +1,12 @@
 //! What values each key of a scene file takes.
 
 use crate::{
+    physics::{BodyKind, CollisionShape, Combine, JointKind},
     read::{
-        Bounds, COEFFICIENT, DURATION, FACES, FPS, FREE_PATH, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_FRAMES,
-        MAX_RECORDS, MAX_SIDE, MAX_STOPS, MEAN_COSINE, PATTERNS, PRIORITY, RATIO, ROWS, SEGMENTS, SHUTTER, SIGMAS,
-        SPEED, SUN_SIZES, TIME, TINT, TURBIDITIES, WEIGHT, ZONES,
+        Bounds, COEFFICIENT, DURATION, DURATIONS, FACES, FORCES, FPS, FREE_PATH, FREQUENCIES, FRICTIONS, LATITUDES,
+        LONGITUDES, MASSES, MAX_DEPTH, MAX_FRAMES, MAX_IGNORED, MAX_RECORDS, MAX_SIDE, MAX_STOPS, MEAN_COSINE, PARTS,
+        PATTERNS, PRIORITY, RATIO, RATIOS, ROWS, SEGMENTS, SHUTTER, SIGMAS, SIZES, SPEED, SPEEDS, STEPS, SUN_SIZES,
+        TIME, TIMES, TINT, TURBIDITIES, WEIGHT, ZONES,
         keys::{self, Section},
     },
     simplify::{METHODS, PLACEMENTS},
@@ -160,6 +162,10 @@ fn constant(section: &str, key: &str) -> Option<Kind> {
         "keyframes" => keyframes(key),
         "motion" => motion(key),
         "a value with keys" => keyed(key),
+        "body" => body(key),
+        "[physics]" => physics(key),
+        "[[joints]]" => joint(key),
+        "motor" => motor(key),
         _ => None,
     }
 }
@@ -181,6 +187,8 @@ fn file(key: &str) -> Option<Kind> {
         "objects" => tables(&keys::OBJECT),
         "lights" => tables(&keys::LIGHT),
         "animation" => Table(&keys::ANIMATION),
+        "physics" => Table(&keys::PHYSICS),
+        "joints" => tables(&keys::JOINT),
         _ => return None,
     })
 }
@@ -473,6 +481,7 @@ fn object(key: &str) -> Option<Kind> {
         "materials" => Kind::Names,
         "transform" => transform(),
         "motion" => Table(&keys::MOTION),
+        "body" => Kind::Any(vec![all(&BodyKind::ALL, BodyKind::name), Table(&keys::BODY)]),
         "crease_angle" => crease_angle(),
         "simplify" => Table(&keys::SIMPLIFY),
         "center" | "corner" | "u" | "v" | "min" | "max" => point(),
@@ -567,6 +576,63 @@ fn light(key: &str) -> Option<Kind> {
         "intensity" | "irradiance" => Colour(Bounds::LIGHT),
         "angle" => Number(Bounds::within(0.0, 360.0).above()),
         "blend" => Number(Bounds::UNIT),
+        _ => return None,
+    })
+}
+
+fn velocity() -> Kind {
+    array(Number(SPEEDS), 3)
+}
+
+fn body(key: &str) -> Option<Kind> {
+    Some(match key {
+        "kind" => all(&BodyKind::ALL, BodyKind::name),
+        "shape" => all(&CollisionShape::ALL, CollisionShape::name),
+        "friction" => Number(FRICTIONS),
+        "restitution" => Number(Bounds::UNIT),
+        "group" => Name,
+        "mass" | "density" => Number(MASSES),
+        "linear_velocity" | "angular_velocity" => velocity(),
+        "linear_damping" | "angular_damping" => Number(FORCES),
+        "gravity_scale" => Number(SPEEDS),
+        _ => return None,
+    })
+}
+
+fn physics(key: &str) -> Option<Kind> {
+    Some(match key {
+        "gravity" => velocity(),
+        "step" => Number(STEPS),
+        "substeps" | "iterations" => Integer(PARTS.0.into(), PARTS.1.into()),
+        "start" => Number(TIMES),
+        "duration" | "warm_up" => Number(DURATIONS),
+        "friction_rule" | "restitution_rule" => all(&Combine::ALL, Combine::name),
+        "length_unit" => Number(SIZES),
+        "contact_frequency" => Number(FREQUENCIES),
+        "contact_damping" => Number(RATIOS),
+        "sleep" => Boolean,
+        "ignore" => Kind::Array(Box::new(array(Name, 2)), 0, MAX_IGNORED),
+        _ => return None,
+    })
+}
+
+fn joint(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => all(&JointKind::ALL, JointKind::name),
+        "bodies" => Kind::Any(vec![Name, Kind::Array(Box::new(Name), 1, 2)]),
+        "anchor" => point(),
+        "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
+        "limits" => array(Number(Bounds::COORDINATE), 2),
+        "motor" => Table(&keys::MOTOR),
+        "collide" => Boolean,
+        _ => return None,
+    })
+}
+
+fn motor(key: &str) -> Option<Kind> {
+    Some(match key {
+        "velocity" | "position" => Number(SPEEDS),
+        "stiffness" | "damping" | "max_force" => Number(FORCES),
         _ => return None,
     })
 }
