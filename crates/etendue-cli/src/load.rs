@@ -21,7 +21,7 @@ use etendue_scene::{
     mesh_file::MeshFile,
     read_toml,
     script::is_script,
-    timeline::Timeline,
+    timeline::{Moment, Timeline},
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -203,41 +203,59 @@ impl Loaded {
     /// Builds the scene, as it is at the animation's start, and its accelerator.
     pub fn build(self, args: &RenderArgs) -> Result<Job, Failure> {
         let start = self.timeline.animation().start;
+        let moment = Moment::at(start);
         let camera = self.camera_at(start)?;
         let settings = self.settings(args);
         let accelerator =
             AcceleratorSettings { kind: self.timeline.input().accelerator, isa: self.isa, threads: settings.threads };
         let input = self.timeline.input();
         let job = (input.film.clone(), input.display, names(input), hash_of(input), subjects(input, args));
-        let parts = self.timeline.into_parts(start).map_err(|found| refused(&found, &self.sources))?;
+        let parts = self.timeline.into_parts(moment).map_err(|found| refused(&found, &self.sources))?;
         let scene = build_scene(parts, &accelerator, args)?;
         let (film, display, object_names, scene_hash, subjects) = job;
         let film = FilmSettings { crop: args.crop.or(film.crop), ..film };
         Ok(Job { scene, accelerator, camera, film, settings, display, object_names, subjects, scene_hash })
     }
 
-    /// As [`Self::build`], at a time, seconds; the scene stays, to be built at other times.
-    pub fn build_at(&self, time: f64, args: &RenderArgs) -> Result<Job, Failure> {
+    /// As [`Self::build`], at a moment; the scene stays, for others.
+    pub fn build_at(&self, moment: Moment, args: &RenderArgs) -> Result<Job, Failure> {
         let input = self.timeline.input();
         let settings = self.settings(args);
         let accelerator = AcceleratorSettings { kind: input.accelerator, isa: self.isa, threads: settings.threads };
-        Ok(Job {
-            scene: self.scene_at(time, &accelerator, args)?,
+        let parts = self.timeline.parts(moment).map_err(|found| refused(&found, &self.sources))?;
+        let mut job = Job {
+            scene: build_scene(parts, &accelerator, args)?,
             accelerator,
-            camera: self.camera_at(time)?,
+            camera: input.camera,
             film: FilmSettings { crop: args.crop.or(input.film.crop), ..input.film.clone() },
             settings,
             display: input.display,
             object_names: names(input),
             subjects: subjects(input, args),
             scene_hash: hash_of(input),
-        })
+        };
+        self.aim(&mut job, moment)?;
+        Ok(job)
     }
 
-    /// The scene at a time.
-    pub fn scene_at(&self, time: f64, accelerator: &AcceleratorSettings, args: &RenderArgs) -> Result<Scene, Failure> {
-        let parts = self.timeline.parts(time).map_err(|found| refused(&found, &self.sources))?;
-        build_scene(parts, accelerator, args)
+    /// Points the camera as it is at a moment.
+    pub fn aim(&self, job: &mut Job, moment: Moment) -> Result<(), Failure> {
+        let motion = self.timeline.camera_motion(moment).map_err(|found| refused(&found, &self.sources))?;
+        job.camera = self.camera_at(moment.shutter[0])?;
+        job.settings.camera_motion = motion;
+        job.settings.shutter = self.timeline.animation().curve;
+        Ok(())
+    }
+
+    /// Brings the scene of a job to another moment: only what has changed is made anew.
+    pub fn advance(&self, job: &mut Job, moment: Moment) -> Result<(), Failure> {
+        let changes = self.timeline.changes(moment).map_err(|found| refused(&found, &self.sources))?;
+        let nothing = Scene::build(SceneParts::default(), &job.accelerator);
+        let scene = std::mem::replace(&mut job.scene, nothing.map_err(|error| Failure::new(Exit::BadInput, error))?);
+        job.scene = scene
+            .with_frame(changes, job.settings.threads)
+            .map_err(|error| Failure::new(Exit::BadInput, error))?;
+        Ok(())
     }
 
     /// The camera at a time.

@@ -10,7 +10,7 @@ use crate::{
 };
 use etendue::{
     math::{DMat3, DQuat, DVec3},
-    motion::Pose,
+    motion::{Pose, Shutter},
 };
 use std::{collections::BTreeMap, fmt, path::PathBuf, str::FromStr, sync::Arc};
 
@@ -28,7 +28,7 @@ pub struct AnimationRecord {
     /// Opening and closing of the shutter, fractions of the frame interval from the frame's time.
     pub shutter: [f64; 2],
     /// How much light passes while the shutter is open.
-    pub curve: ShutterCurve,
+    pub curve: Shutter,
     /// Poses from a file.
     pub keyframes: Option<KeyframesRecord>,
 }
@@ -41,7 +41,7 @@ impl Default for AnimationRecord {
             fps: FrameRate::default(),
             length: None,
             shutter: [0.0; 2],
-            curve: ShutterCurve::Box,
+            curve: Shutter::Box,
             keyframes: None,
         }
     }
@@ -54,23 +54,6 @@ pub enum LengthRecord {
     Frames(u32),
     /// Seconds of scene time, above 0.
     Duration(f64),
-}
-
-/// How much light passes a shutter that is open from 0 to 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum ShutterCurve {
-    /// The same at all times.
-    #[default]
-    Box,
-    /// Rising to the middle, then falling.
-    Triangle,
-    /// Rising from the start for a share of the time, falling to the end for another.
-    Trapezoid {
-        /// Share of the rise, in [0, 1].
-        rise: f64,
-        /// Share of the fall, in [0, 1 - rise].
-        fall: f64,
-    },
 }
 
 /// Frames of a second, a fraction.

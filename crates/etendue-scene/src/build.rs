@@ -33,7 +33,7 @@ pub(crate) use meshes::unknown_ending;
 use meshes::{Geometry, Loader, Piece, Treatment};
 use sha2::{Digest, Sha256};
 use std::{collections::BTreeMap, ops::Range, path::PathBuf, sync::Arc};
-pub(crate) use view::{camera, middle};
+pub(crate) use view::{bounds, camera, middle};
 
 /// Everything a render needs.
 #[derive(Clone, Debug)]

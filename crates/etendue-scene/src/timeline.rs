@@ -4,16 +4,17 @@ use crate::{
     Diagnostic, Diagnostics, Input, Limits, SourceMap,
     animation::{AnimationRecord, LengthRecord, Varying},
     build::{self, textures::Textures},
-    description::{CameraRecord, Focus, Lens, MaterialRecord, SceneDescription},
+    description::{CameraRecord, Focus, Lens, SceneDescription},
     keyframes::{self, Recording},
     read::Part,
     track::PoseTrack,
 };
 use etendue::{
-    camera::CameraSettings,
+    camera::{CameraMotion, CameraSettings},
     math::{DAffine3, DVec3},
     motion::Pose,
-    scene::{DeltaLight, Environment, SceneParts},
+    scene::{DeltaLight, Environment, FrameChanges, SceneParts},
+    material::Material,
 };
 use std::path::PathBuf;
 
@@ -44,10 +45,26 @@ impl Clock {
         self.start + f64::from(frame) * self.interval
     }
 
-    /// When the shutter opens and closes, seconds of scene time.
-    pub fn shutter(&self, frame: u32) -> [f64; 2] {
+    /// The moment of a frame.
+    pub fn moment(&self, frame: u32) -> Moment {
         let time = self.time(frame);
-        self.shutter.map(|part| time + part * self.interval)
+        Moment { time, shutter: self.shutter.map(|part| time + part * self.interval) }
+    }
+}
+
+/// When a picture is taken, seconds of scene time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// When lights, materials and the surroundings are looked at.
+    pub time: f64,
+    /// When the shutter opens and closes: what moves or is seen through a camera that does is looked at in between.
+    pub shutter: [f64; 2],
+}
+
+impl Moment {
+    /// With a shutter that is open for no time.
+    pub fn at(time: f64) -> Self {
+        Self { time, shutter: [time; 2] }
     }
 }
 
@@ -65,7 +82,8 @@ pub struct Timeline {
     animation: AnimationRecord,
     varying: Varying,
     camera: CameraRecord,
-    materials: Vec<MaterialRecord>,
+    /// Indices of materials that have keys.
+    keyed_materials: Vec<usize>,
     folder: PathBuf,
     /// By the description's objects.
     movers: Vec<Option<Mover>>,
@@ -88,7 +106,7 @@ impl Timeline {
             animation: description.animation.clone(),
             varying: description.varying.clone(),
             camera: description.camera.clone(),
-            materials: description.materials.clone(),
+            keyed_materials: description.varying.keyed(Part::Materials),
             folder: description.folder.clone(),
             movers: vec![None; description.objects.len()],
             placed: input.placed.clone(),
@@ -153,6 +171,16 @@ impl Timeline {
         self.movers.get(object)?.as_ref().map(|mover| &mover.track)
     }
 
+    /// Another camera in the place of one without keys.
+    pub fn set_camera(&mut self, camera: CameraSettings) {
+        self.input.camera = camera;
+    }
+
+    /// Lowest and highest corner of the box, in the world, about an object's bounding box in its own axes, before any motion.
+    pub fn bounds(&self, object: usize) -> Option<[DVec3; 2]> {
+        build::bounds(&self.input.parts, self.placed.get(object)?.clone())
+    }
+
     /// What was built, as it is at the animation's start but for motion.
     pub fn input(&self) -> &Input {
         &self.input
@@ -189,40 +217,51 @@ impl Timeline {
         build::middle(&self.input.parts, placed)
     }
 
-    /// Geometry, materials and lights at a time, seconds, everything where it is then.
+    /// Geometry, materials and lights at a moment. What moves at any time has a motion.
     ///
     /// # Errors
-    /// Values that keys do not give a sense at that time; so for the camera.
-    pub fn parts(&self, time: f64) -> Result<SceneParts, Diagnostics> {
-        self.changed(self.input.parts.clone(), time)
+    /// Values that keys do not give a sense at that time; so for all that is asked for a time.
+    pub fn parts(&self, moment: Moment) -> Result<SceneParts, Diagnostics> {
+        let changes = self.changes(moment)?;
+        Ok(changed(self.input.parts.clone(), changes))
     }
 
     /// As [`Self::parts`], when no other time is wanted any more.
     ///
     /// # Errors
     /// The same.
-    pub fn into_parts(mut self, time: f64) -> Result<SceneParts, Diagnostics> {
-        let parts = std::mem::take(&mut self.input.parts);
-        self.changed(parts, time)
+    pub fn into_parts(mut self, moment: Moment) -> Result<SceneParts, Diagnostics> {
+        let changes = self.changes(moment)?;
+        Ok(changed(std::mem::take(&mut self.input.parts), changes))
     }
 
-    fn changed(&self, mut parts: SceneParts, time: f64) -> Result<SceneParts, Diagnostics> {
+    /// What another moment changes of a scene that was built of [`Self::parts`] at any.
+    ///
+    /// # Errors
+    /// As [`Self::parts`].
+    pub fn changes(&self, moment: Moment) -> Result<FrameChanges, Diagnostics> {
+        let [open, close] = moment.shutter;
+        let mut motions = Vec::new();
         for mover in self.movers.iter().flatten() {
-            let pose = mover.track.at(time).to_affine();
-            for object in &mut parts.objects[mover.placed.clone()] {
-                object.transform = pose * object.transform;
-            }
+            let motion = mover.track.motion(open, close);
+            motions.extend(mover.placed.clone().map(|object| (object, motion.clone())));
         }
-        if self.varying.has(Part::Lights) {
-            parts.delta_lights = self.lights(time)?;
+        let has = |part| self.varying.has(part);
+        Ok(FrameChanges {
+            motions,
+            materials: if has(Part::Materials) { self.materials(moment.time)? } else { Vec::new() },
+            delta_lights: has(Part::Lights).then(|| self.lights(moment.time)).transpose()?,
+            environment: has(Part::Environment).then(|| self.environment(moment.time)).transpose()?,
+        })
+    }
+
+    /// Where the parts' objects are at a time, by their indices, from where the scene file puts them.
+    pub fn poses(&self, time: f64) -> Vec<Pose> {
+        let mut poses = vec![Pose::IDENTITY; self.input.parts.objects.len()];
+        for mover in self.movers.iter().flatten() {
+            poses[mover.placed.clone()].fill(mover.track.at(time));
         }
-        if self.varying.has(Part::Environment) {
-            parts.environment = self.environment(time, parts.environment.as_ref())?;
-        }
-        if self.varying.has(Part::Materials) {
-            self.change_materials(&mut parts, time)?;
-        }
-        Ok(parts)
+        poses
     }
 
     fn lights(&self, time: f64) -> Result<Vec<DeltaLight>, Diagnostics> {
@@ -230,23 +269,19 @@ impl Timeline {
     }
 
     /// An image of the surroundings is not read again.
-    fn environment(&self, time: f64, before: Option<&Environment>) -> Result<Option<Environment>, Diagnostics> {
+    fn environment(&self, time: f64) -> Result<Option<Environment>, Diagnostics> {
         let record = self.varying.environment(time)?;
         let mut found = Diagnostics::new();
-        let environment = build::environment_at(&record, before, &mut found);
+        let environment = build::environment_at(&record, self.input.parts.environment.as_ref(), &mut found);
         if found.has_errors() { Err(found) } else { Ok(environment) }
     }
 
-    fn change_materials(&self, parts: &mut SceneParts, time: f64) -> Result<(), Diagnostics> {
+    /// The materials that have keys.
+    fn materials(&self, time: f64) -> Result<Vec<(usize, Material)>, Diagnostics> {
         let records = self.varying.materials(time)?;
         let mut textures = Textures::of(&self.input.textures);
-        let changed = records.iter().zip(&self.materials).enumerate().filter(|(_, (now, then))| now != then);
-        for (index, (record, _)) in changed {
-            if let Some(place) = parts.materials.get_mut(index) {
-                *place = textures.material(&record.material, &self.folder);
-            }
-        }
-        Ok(())
+        let changed = self.keyed_materials.iter().filter_map(|index| Some((*index, records.get(*index)?)));
+        Ok(changed.map(|(index, record)| (index, textures.material(&record.material, &self.folder))).collect())
     }
 
     /// The camera at a time, seconds.
@@ -284,14 +319,14 @@ impl Timeline {
         self.movers[object].as_ref().map(|_| object)
     }
 
-    /// The camera while the shutter is open: shares of that time in [0, 1], ascending, with what it is then. One if it stays the
-    /// same.
+    /// The way of the camera while the shutter is open; `None` if it rests, or the shutter is open for no time.
     ///
     /// # Errors
     /// As for [`Self::parts`].
-    pub fn camera_between(&self, [open, close]: [f64; 2]) -> Result<Vec<(f64, CameraSettings)>, Diagnostics> {
+    pub fn camera_motion(&self, moment: Moment) -> Result<Option<CameraMotion>, Diagnostics> {
+        let [open, close] = moment.shutter;
         if close <= open || !self.camera_changes() {
-            return Ok(vec![(0.0, self.camera(open)?)]);
+            return Ok(None);
         }
         let length = close - open;
         let even = (0..=CAMERA_STEPS).map(|step| step as f64 / CAMERA_STEPS as f64);
@@ -299,6 +334,21 @@ impl Timeline {
         let mut shares: Vec<f64> = even.chain(keys.filter(|share| *share > 0.0 && *share < 1.0)).collect();
         shares.sort_by(f64::total_cmp);
         shares.dedup();
-        shares.into_iter().map(|share| Ok((share, self.camera(open + length * share)?))).collect()
+        let key = |share: f64| Ok((share, self.camera(open + length * share)?));
+        let keys = shares.into_iter().map(key).collect::<Result<Vec<_>, Diagnostics>>()?;
+        Ok(Some(CameraMotion { keys: keys.into() }))
     }
+}
+
+/// Parts as they are in another frame.
+fn changed(mut parts: SceneParts, changes: FrameChanges) -> SceneParts {
+    for (index, motion) in changes.motions {
+        parts.objects[index].motion = Some(motion);
+    }
+    for (index, material) in changes.materials {
+        parts.materials[index] = material;
+    }
+    parts.delta_lights = changes.delta_lights.unwrap_or(parts.delta_lights);
+    parts.environment = changes.environment.unwrap_or(parts.environment);
+    parts
 }

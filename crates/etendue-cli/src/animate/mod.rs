@@ -1,27 +1,37 @@
 //! `etendue animate`: a scene that moves in, numbered pictures or a film out.
 
+mod film;
 mod pattern;
 mod stamp;
 mod targets;
+mod turntable;
 mod view;
 
 use crate::{
     args::{AnimateArgs, FrameRange},
     exit::{Exit, Failure},
     load::{self, Job, Loaded},
+    model,
     progress::TICK,
     render, report,
     signals::Signals,
 };
-use etendue::{film::Film, image::Image, render::RenderControl};
+use etendue::{
+    film::Film,
+    image::Image,
+    render::RenderControl,
+    tonemap::{DisplayTransform, Encoding},
+};
 use etendue_scene::{
-    animation::KeyframesRecord,
+    animation::{FrameRate, KeyframesRecord},
     description::{Located, SceneDescription},
-    output::{hash::film_hash, write_image},
+    output::{Metadata, atomic, hash::film_hash, png, write_image},
     timeline::Clock,
 };
+use etendue_video::{Encoder, Settings};
 use serde::Serialize;
 use std::{
+    ops::RangeInclusive,
     panic,
     sync::{
         Arc, Mutex, PoisonError,
@@ -30,62 +40,96 @@ use std::{
     thread,
     time::Instant,
 };
-use targets::Targets;
+use targets::{FrameFile, Targets};
 use view::FilmView;
 
 /// Renders frames as the arguments say.
 pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
-    let targets = Targets::plan(&args.render.output, args.resume)?;
+    let targets = plan(args)?;
     let stop = Arc::new(Stop::default());
     let stopped = stop.clone();
     let message = "stopping after the tiles in work; once more to stop at once";
     let signals = Signals::install(move || stopped.stop(), message);
 
     let clock = Instant::now();
-    let loaded = load::load(&args.render, |description| edit(description, args))?;
+    let mut loaded = load::load(&args.render, |description| edit(description, args))?;
+    if args.turntable.is_some() {
+        let camera = turntable::fit(&loaded.timeline);
+        loaded.timeline.set_camera(camera);
+    }
     let times = Clock::new(loaded.timeline.animation());
     let [first, last] = range(args.frames, loaded.timeline.frames(&times))?;
+    check_cameras(&loaded, &times, [first, last])?;
     let mut seconds = Seconds { load: clock.elapsed().as_secs_f64(), ..Seconds::default() };
-    let job = loaded.build_at(times.time(first), &args.render)?;
+    let clock = Instant::now();
+    let mut job = loaded.build_at(times.moment(first), &args.render)?;
+    seconds.build = clock.elapsed().as_secs_f64();
     let film = render::new_film(&job.film, &args.render)?;
     if !job.film.aovs.is_empty() && !targets.keeps_layers() {
         report::warning("layers are asked for, but only .exr files hold them");
     }
     render::warn_of_darkness(&job);
-    check_cameras(&loaded, &times, [first, last])?;
-
-    let total = u64::from(last - first) + 1;
-    let samples = film.area().pixels() as u64 * u64::from(job.settings.spp);
-    let view = FilmView::new(total, samples, args.render.quiet);
-    let mut session = Session {
-        args,
-        loaded: &loaded,
-        times,
-        targets: &targets,
-        stop: &stop,
-        view: &view,
-        seed: job.settings.seed,
-        job,
+    let area = film.area();
+    let settings = Settings {
+        size: [area.width(), area.height()],
+        rate: rate_of(loaded.timeline.animation().fps)?,
+        frames: u64::from(last - first) + 1,
+        quality: args.quality,
     };
+    targets.prepare(settings)?;
+
+    let samples = area.pixels() as u64 * u64::from(job.settings.spp);
+    let view = FilmView::new(settings.frames, samples, args.render.quiet);
+    let pipe = targets.pipe(settings)?;
+    let seed = job.settings.seed;
+    let mut session = Session { args, loaded: &loaded, times, targets: &targets, stop: &stop, view, seed, pipe, seconds };
     signals.start_work();
+    let clock = Instant::now();
+    let mut at = first;
     for frame in first..=last {
-        if stop.is_stopped() {
-            break;
-        }
-        let Some(done) = session.frame(frame, &mut seconds)? else { break };
+        let Some(done) = session.frame(&mut job, &mut at, frame)? else { break };
         if args.render.json {
             report::result(&serde_json::to_string(&done).unwrap_or_default())?;
         }
     }
+    let whole = !stop.is_stopped() && session.finish(first..=last, settings)?;
+    let Session { view, seconds, .. } = session;
     drop(view);
-    if stop.is_stopped() {
+    if !whole {
         report::say("interrupted: the same command with --resume goes on");
         return Ok(Exit::Interrupted);
     }
     if args.render.stats {
-        report::say(seconds.table(total));
+        report::say(seconds.table(settings.frames));
+    } else if !args.render.quiet {
+        let names = targets.names(first).join(", ");
+        let more = if settings.frames == 1 { "" } else { " ..." };
+        report::say(format!("{} frames in {:.1} s: {names}{more}", settings.frames, clock.elapsed().as_secs_f64()));
     }
     Ok(Exit::Done)
+}
+
+/// The outputs, if they fit together with the other arguments.
+fn plan(args: &AnimateArgs) -> Result<Targets, Failure> {
+    let targets = Targets::plan(&args.render.output, &args.render.input)?;
+    if args.resume {
+        targets.check_resume()?;
+    }
+    if targets.has_pipe() && args.render.json {
+        let failure = Failure::new(Exit::Usage, "the film and --json both want standard output");
+        return Err(failure.hint("write the film to a file"));
+    }
+    if args.turntable.is_some() && !model::is_model(&args.render.input) {
+        let message = format!("--turntable is for models without a scene file, but {} is one", args.render.input.display());
+        let hint = "give the object a `motion`, or the camera a `position` with keys, in the scene file";
+        return Err(Failure::new(Exit::Usage, message).hint(hint));
+    }
+    Ok(targets)
+}
+
+/// As the encoder has it.
+fn rate_of(fps: FrameRate) -> Result<etendue_video::FrameRate, Failure> {
+    etendue_video::FrameRate::new(fps.numerator.into(), fps.denominator.into()).map_err(|error| film::failure_of(&error))
 }
 
 /// What the command line says of time replaces what the file says.
@@ -95,6 +139,10 @@ fn edit(description: &mut SceneDescription, args: &AnimateArgs) -> Result<(), Fa
     animation.speed = args.speed.unwrap_or(animation.speed);
     animation.start = args.start.unwrap_or(animation.start);
     animation.shutter = args.shutter.unwrap_or(animation.shutter);
+    if let Some(frames) = args.turntable {
+        turntable::turn(description, frames);
+    }
+    let animation = &mut description.animation;
     if let Some(path) = &args.keyframes {
         let path = std::path::absolute(path)
             .map_err(|e| Failure::new(Exit::BadInput, format!("cannot tell where {} is: {e}", path.display())))?;
@@ -131,8 +179,10 @@ fn check_cameras(loaded: &Loaded, times: &Clock, [first, last]: [u32; 2]) -> Res
         return Ok(());
     }
     for frame in first..=last {
-        loaded.timeline.camera_between(times.shutter(frame)).map_err(|found| {
-            report::say(format!("in frame {frame}, at {} s:", times.time(frame)));
+        let moment = times.moment(frame);
+        let looked = loaded.timeline.camera(moment.shutter[0]).and_then(|_| loaded.timeline.camera_motion(moment));
+        looked.map_err(|found| {
+            report::say(format!("in frame {frame}, at {} s:", moment.time));
             load::refused(&found, &loaded.sources)
         })?;
     }
@@ -211,38 +261,45 @@ struct Session<'a> {
     times: Clock,
     targets: &'a Targets,
     stop: &'a Stop,
-    view: &'a FilmView,
+    view: FilmView,
     /// Of the whole film.
     seed: u64,
-    job: Job,
+    /// To standard output.
+    pipe: Option<Encoder<'static>>,
+    seconds: Seconds,
 }
 
 impl Session<'_> {
-    /// Renders a frame and writes its files; `None` if it was stopped before its end.
-    fn frame(&mut self, frame: u32, seconds: &mut Seconds) -> Result<Option<Frame>, Failure> {
-        let time = self.times.time(frame);
-        let files = self.targets.files(frame);
-        let outputs = files.iter().map(|(path, _)| path.display().to_string()).collect();
+    /// Renders a frame and writes its files; `None` if it was stopped before its end. `job` is that of frame `at`.
+    fn frame(&mut self, job: &mut Job, at: &mut u32, frame: u32) -> Result<Option<Frame>, Failure> {
+        if self.stop.is_stopped() {
+            return Ok(None);
+        }
+        let moment = self.times.moment(frame);
+        let time = moment.time;
+        let outputs = self.targets.names(frame);
         let clock = Instant::now();
-        self.job.camera = self.loaded.camera_at(time)?;
-        self.job.settings.seed = if self.args.fixed_noise { self.seed } else { seed_of(self.seed, frame) };
-        let [open, close] = self.times.shutter(frame).map(f64::to_bits);
-        let stamp = stamp::stamp(&self.job, &format!("{} {open} {close}", time.to_bits()));
+        self.loaded.aim(job, moment)?;
+        job.settings.seed = if self.args.fixed_noise { self.seed } else { seed_of(self.seed, frame) };
+        let stamp = stamp::stamp(job, self.loaded.timeline.animation(), moment);
         if self.args.resume
-            && let Some(film_hash) = stamp::finished(&files, &stamp)?
+            && let Some(film_hash) = stamp::finished(&self.targets.files(frame), &stamp)
         {
             self.view.finish_frame();
             return Ok(Some(Frame { frame, time, film_hash, outputs, resumed: true }));
         }
-        self.job.scene = self.loaded.scene_at(time, &self.job.accelerator, &self.args.render)?;
-        seconds.build += clock.elapsed().as_secs_f64();
+        if *at != frame {
+            self.loaded.advance(job, moment)?;
+            *at = frame;
+        }
+        self.seconds.build += clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let film = render::new_film(&self.job.film, &self.args.render)?;
+        let film = render::new_film(&job.film, &self.args.render)?;
         let control = self.stop.next();
-        self.render(&film, &control, frame)?;
+        self.render(job, &film, &control, frame)?;
         let took = clock.elapsed().as_secs_f64();
-        seconds.render += took;
+        self.seconds.render += took;
         if control.is_cancelled() {
             return Ok(None);
         }
@@ -251,14 +308,18 @@ impl Session<'_> {
         let clock = Instant::now();
         let image = film.develop();
         let film_hash = film_hash(&image);
-        self.write(&film, &image, frame, &stamp, &film_hash, took)?;
-        seconds.write += clock.elapsed().as_secs_f64();
+        let metadata = render::metadata(job, &film, &image, took)
+            .with("frame", frame)
+            .with("time", time)
+            .with(stamp::FILM_HASH, &film_hash)
+            .with(stamp::STAMP, &stamp);
+        self.write(job, &image, frame, &metadata)?;
+        self.seconds.write += clock.elapsed().as_secs_f64();
         Ok(Some(Frame { frame, time, film_hash, outputs, resumed: false }))
     }
 
     /// Renders on other threads while this one shows progress.
-    fn render(&self, film: &Film, control: &RenderControl, frame: u32) -> Result<(), Failure> {
-        let job = &self.job;
+    fn render(&self, job: &Job, film: &Film, control: &RenderControl, frame: u32) -> Result<(), Failure> {
         let watcher = thread::current();
         let rendered = thread::scope(|scope| {
             let worker = scope.spawn(|| {
@@ -278,26 +339,47 @@ impl Session<'_> {
         }
     }
 
-    fn write(
-        &self,
-        film: &Film,
-        image: &Image,
-        frame: u32,
-        stamp: &str,
-        film_hash: &str,
-        seconds: f64,
-    ) -> Result<(), Failure> {
-        let metadata = render::metadata(&self.job, film, image, seconds)
-            .with("frame", frame)
-            .with("time", self.times.time(frame))
-            .with(stamp::FILM_HASH, film_hash)
-            .with(stamp::STAMP, stamp);
-        let encode = self.job.display.encoder();
-        for (path, format) in self.targets.files(frame) {
-            write_image(&path, format, image, &metadata, &encode)?;
+    fn write(&mut self, job: &Job, image: &Image, frame: u32, metadata: &Metadata) -> Result<(), Failure> {
+        let encode = job.display.encoder();
+        let files = self.targets.files(frame);
+        let size = [image.width, image.height];
+        let opaque = (self.pipe.is_some() || files.iter().any(|file| file.is_of_film)).then(|| rgb8(image, job.display));
+        for FrameFile { path, format, is_of_film } in &files {
+            match &opaque {
+                Some(rgb) if *is_of_film => {
+                    let metadata = Metadata { encoding: Encoding::Srgb, ..metadata.clone() };
+                    atomic::write(path, |file| png::write_rgb8(file, size, rgb, &metadata))?;
+                }
+                _ => write_image(path, *format, image, metadata, &encode)?,
+            }
+        }
+        if let (Some(pipe), Some(rgb)) = (&mut self.pipe, &opaque) {
+            pipe.push_rgb8(rgb).map_err(|error| film::failure_of(&error))?;
         }
         Ok(())
     }
+
+    /// Ends the films; false if it was stopped meanwhile.
+    fn finish(&mut self, frames: RangeInclusive<u32>, settings: Settings) -> Result<bool, Failure> {
+        let clock = Instant::now();
+        if let Some(pipe) = self.pipe.take() {
+            pipe.finish().map_err(|error| film::failure_of(&error))?;
+        }
+        if self.targets.films().next().is_some() {
+            self.view.say("writing the film");
+        }
+        let whole = self.targets.finish(frames, settings, &|| self.stop.is_stopped())?.is_some();
+        self.seconds.write += clock.elapsed().as_secs_f64();
+        Ok(whole)
+    }
+}
+
+/// The colour of a picture, over black, as screens show it.
+fn rgb8(image: &Image, display: DisplayTransform) -> Vec<u8> {
+    let encode = DisplayTransform { encoding: Encoding::Srgb, ..display }.encoder();
+    let channel = |name| image.f32_channel(name).unwrap_or_default();
+    let colours = channel("R").iter().zip(channel("G")).zip(channel("B"));
+    colours.flat_map(|((r, g), b)| encode([*r, *g, *b])).collect()
 }
 
 /// Another seed for each frame (the finaliser of SplitMix64, Steele, Lea and Flood 2014).

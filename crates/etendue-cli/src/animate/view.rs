@@ -30,6 +30,11 @@ impl FilmView {
         self.bar.set_position(done.saturating_mul(self.samples).saturating_add(control.progress().done));
     }
 
+    /// Shows what is done at the end.
+    pub fn say(&self, message: &'static str) {
+        self.bar.set_message(message);
+    }
+
     /// One frame more is done.
     pub fn finish_frame(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;

@@ -1,7 +1,7 @@
 //! Arguments of `etendue animate`.
 
 use super::{RenderArgs, finite_in};
-use clap::Args;
+use clap::{Args, value_parser};
 use etendue_scene::animation::FrameRate;
 use std::path::PathBuf;
 
@@ -9,7 +9,9 @@ use std::path::PathBuf;
 pub const MAX_FRAME: u32 = 1_000_000_000;
 
 /// What `--output` takes here.
-pub const OUTPUT: &str = "Numbered pictures such as frame.%04d.png, .exr, .hdr or .pfm; repeat for several";
+pub const OUTPUT: &str = "\
+Film to write, .mp4, .gif, .png (animated), .y4m, or - for Y4M on standard output; or numbered pictures, frame.%04d.png, .exr, .hdr \
+or .pfm; repeat for several [default: NAME.mp4 in the working directory]";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -60,9 +62,16 @@ pub struct AnimateArgs {
     #[arg(long, value_name = "FILE", help_heading = "Time")]
     pub keyframes: Option<PathBuf>,
 
-    /// Turn a model without a scene file round once
-    #[arg(long, help_heading = "Time")]
-    pub turntable: bool,
+    /// Turn a model without a scene file round once, in this many frames [default: 100]
+    #[arg(
+        long, value_name = "FRAMES", help_heading = "Time", num_args = 0..=1, require_equals = true,
+        default_missing_value = "100", value_parser = value_parser!(u32).range(1..=i64::from(MAX_FRAME)),
+    )]
+    pub turntable: Option<u32>,
+
+    /// Quality of .mp4 files, from 0 (small) to 100 (good)
+    #[arg(long, value_name = "Q", default_value_t = 75, value_parser = value_parser!(u8).range(0..=100))]
+    pub quality: u8,
 
     /// Leave out frames that are there already and were made by the same command
     #[arg(long)]

@@ -122,21 +122,40 @@ fn middle_of(name: &str, parts: &SceneParts, moved: Option<(Range<usize>, DAffin
 
 /// The middle of the box about some shapes.
 fn middle_of_all<'a>(placed: impl Iterator<Item = (&'a Shape, DAffine3)>) -> Option<DVec3> {
+    let [low, high] = bounds_of_all(placed)?;
+    Some(0.5 * (low + high)).filter(|middle| middle.is_finite())
+}
+
+/// The box about some shapes.
+fn bounds_of_all<'a>(placed: impl Iterator<Item = (&'a Shape, DAffine3)>) -> Option<[DVec3; 2]> {
     let boxes = placed.map(|(shape, transform)| {
         // The highest corner is the lowest one of the mirror image, mirrored back.
         let mirrored = DAffine3::from_scale(DVec3::NEG_ONE) * transform;
-        (lowest(shape, &transform), -lowest(shape, &mirrored))
+        [lowest(shape, &transform), -lowest(shape, &mirrored)]
     });
-    let (low, high) = boxes.reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))?;
-    Some(0.5 * (low + high)).filter(|middle| middle.is_finite())
+    boxes.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])
 }
 
 /// Of an object that is some of the parts' objects, the transform and the middle, in the world, of its bounding box in its own axes.
 pub fn middle(parts: &SceneParts, placed: Range<usize>) -> Option<(DAffine3, DVec3)> {
+    let transform = parts.objects.get(placed.clone())?.first()?.transform;
+    let [low, high] = own_bounds(parts, placed)?;
+    let middle = transform.transform_point3(0.5 * (low + high));
+    middle.is_finite().then_some((transform, middle))
+}
+
+/// Lowest and highest corner, in the world, of an object's bounding box in its own axes.
+pub fn bounds(parts: &SceneParts, placed: Range<usize>) -> Option<[DVec3; 2]> {
+    let transform = parts.objects.get(placed.clone())?.first()?.transform;
+    let own = own_bounds(parts, placed)?;
+    let corner = |i: usize| DVec3::new(own[i & 1].x, own[i >> 1 & 1].y, own[i >> 2].z);
+    let corners = (0..8).map(|i| transform.transform_point3(corner(i)));
+    corners.map(|corner| [corner; 2]).reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])
+}
+
+fn own_bounds(parts: &SceneParts, placed: Range<usize>) -> Option<[DVec3; 2]> {
     let objects = parts.objects.get(placed)?;
-    let transform = objects.first()?.transform;
-    let middle = middle_of_all(objects.iter().map(|object| (&parts.shapes[object.shape], DAffine3::IDENTITY)))?;
-    Some((transform, transform.transform_point3(middle)))
+    bounds_of_all(objects.iter().map(|object| (&parts.shapes[object.shape], DAffine3::IDENTITY)))
 }
 
 /// The lowest corner of a shape's bounding box after a transform.

@@ -9,7 +9,7 @@ use crate::{
     Diagnostics, Origin,
     animation::Varying,
     description::{CameraRecord, EnvironmentRecord, Located, MaterialRecord},
-    value::Entry,
+    value::{Data, Entry, Value},
 };
 use etendue::scene::DeltaLight;
 
@@ -74,6 +74,17 @@ impl Varying {
     /// Times of the keys of a part, ascending; empty if it has none.
     pub fn times(&self, part: Part) -> &[f64] {
         self.parts.get(&part).map_or(&[], |times| times)
+    }
+
+    /// Which records of a part have keys, by their indices.
+    pub fn keyed(&self, part: Part) -> Vec<usize> {
+        let Some(entry) = self.entries.iter().find(|entry| entry.key == part.key()) else { return Vec::new() };
+        let records: Vec<&Value> = match &entry.value.data {
+            Data::Table(entries) => entries.iter().map(|entry| &entry.value).collect(),
+            Data::Array(values) => values.iter().collect(),
+            _ => Vec::new(),
+        };
+        (0..).zip(records).filter(|(_, record)| keyed::has_keys(record)).map(|(index, _)| index).collect()
     }
 
     /// True if nothing has keys.

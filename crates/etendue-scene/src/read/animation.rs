@@ -9,7 +9,7 @@ use super::{
 use crate::{
     animation::{
         AnimationRecord, FrameRate, KeyframeTimes, KeyframesRecord, LengthRecord, MotionRecord, RotationRecord,
-        ShutterCurve, rotation_about,
+        rotation_about,
     },
     curve::{Blend, Curve},
     description::Located,
@@ -18,7 +18,7 @@ use crate::{
 };
 use etendue::{
     math::{DQuat, DVec3},
-    motion::Pose,
+    motion::{Pose, Shutter},
 };
 
 /// Scene seconds a second of film.
@@ -77,15 +77,15 @@ fn shutter(item: Item) -> Option<[f64; 2]> {
 }
 
 /// A name, or `[rise, fall]`.
-fn curve(item: Item) -> Option<ShutterCurve> {
+fn curve(item: Item) -> Option<Shutter> {
     if let Data::Array(_) = item.value.data {
         let [rise, fall] = item.numbers(Bounds::UNIT)?;
         if rise + fall > 1.0 {
             return item.error("the shutter falls before it has risen", "expected [rise, fall] of at most 1 together");
         }
-        return Some(ShutterCurve::Trapezoid { rise, fall });
+        return Some(Shutter::Trapezoid { rise, fall });
     }
-    item.choice(&[("box", ShutterCurve::Box), ("triangle", ShutterCurve::Triangle)])
+    item.choice(&[("box", Shutter::Box), ("triangle", Shutter::Triangle)])
 }
 
 /// A file name, or a table that also says what is in the file.

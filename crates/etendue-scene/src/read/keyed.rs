@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     curve::{Blend, Curve, Value},
-    value::{Data, Entry},
+    value::{self, Data, Entry},
 };
 
 /// Scene times, seconds.
@@ -142,4 +142,13 @@ pub fn kept(cx: &Context, entries: &[Entry]) -> Vec<Entry> {
             || entry.key == "textures" && varying.contains_key(&Part::Materials)
     };
     entries.iter().filter(is_kept).cloned().collect()
+}
+
+/// True if there is a table of keys anywhere in a value.
+pub fn has_keys(value: &value::Value) -> bool {
+    match &value.data {
+        Data::Table(entries) => entries.iter().any(|entry| entry.key == "keys" || has_keys(&entry.value)),
+        Data::Array(values) => values.iter().any(has_keys),
+        _ => false,
+    }
 }
