@@ -2,6 +2,7 @@
 
 mod display;
 mod files;
+mod labels;
 mod model;
 mod simplify;
 
@@ -16,6 +17,7 @@ use etendue::{
 use etendue_accel::{AcceleratorKind, Isa};
 use etendue_scene::output::metric::Metric;
 pub use files::{CompletionsArgs, ConvertArgs, InfoArgs, ManArgs};
+pub use labels::{LabelArgs, LabelChoice};
 pub use model::{ModelArgs, SceneArgs};
 pub use simplify::SimplifyArgs;
 use std::{path::PathBuf, str::FromStr};
@@ -76,6 +78,7 @@ Examples:
   etendue render cow.obj --env sky.hdr --transparent -o cow.png
   etendue render scene.toml -o quick.png --size 320x240 --spp 16
   etendue render scene.toml -o out.exr --aov albedo,normal,depth --spp 1024 --seed 7
+  etendue render scene.toml -o out.png --labels object,depth,visibility --labels-format npy
   etendue render scene.toml -o detail.exr --size 1920x1080 --crop 960,500,1060,600
   etendue render scene.toml --json --quiet | jq .film_hash
 
@@ -142,6 +145,10 @@ pub struct RenderArgs {
     /// Extra layers of .exr files, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names(&Aov::ALL, Aov::name))]
     pub aov: Option<Vec<Aov>>,
+
+    /// What is written for data sets.
+    #[command(flatten)]
+    pub labels: LabelArgs,
 
     /// Nothing instead of the environment behind the surfaces: pictures get an alpha channel
     #[arg(long)]

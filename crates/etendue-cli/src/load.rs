@@ -8,6 +8,7 @@ use crate::{
 use etendue::{
     camera::CameraSettings,
     film::FilmSettings,
+    labels::Subjects,
     render::{MAX_THREADS, RenderSettings},
     scene::{AcceleratorSettings, Scene},
     tonemap::DisplayTransform,
@@ -43,6 +44,8 @@ pub struct Job {
     pub display: DisplayTransform,
     /// Names of the objects, in the order of their ids.
     pub object_names: Vec<String>,
+    /// The objects that labels are of; none if there are no labels.
+    pub subjects: Subjects,
     /// Hash of the files read, hexadecimal.
     pub scene_hash: String,
 }
@@ -192,6 +195,7 @@ impl Loaded {
         };
         let accelerator = AcceleratorSettings { kind: input.accelerator, isa, threads };
         let object_names = input.parts.objects.iter().map(|object| object.name.clone()).collect();
+        let subjects = args.labels.labels.as_ref().map(|_| Subjects::of(&input.parts)).unwrap_or_default();
         let scene = Scene::build(input.parts, &accelerator).map_err(|e| {
             let hint = format!("etendue info {} tells what is in it", args.input.display());
             Failure::new(Exit::BadInput, e).hint(hint)
@@ -213,9 +217,11 @@ impl Loaded {
                 filter: input.filter,
                 tile: args.tile.unwrap_or(defaults.tile),
                 wave: args.wave.unwrap_or(defaults.wave),
+                ..defaults
             },
             display: input.display,
             object_names,
+            subjects,
             scene_hash: input.scene_hash.iter().map(|byte| format!("{byte:02x}")).collect(),
         })
     }

@@ -7,6 +7,7 @@ mod convert;
 mod diff;
 mod exit;
 mod info;
+mod labels;
 mod load;
 mod manifest;
 mod memory;

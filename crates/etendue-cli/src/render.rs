@@ -3,6 +3,7 @@
 use crate::{
     args::RenderArgs,
     exit::{Exit, Failure},
+    labels::{self, Wanted},
     load, manifest,
     outputs::{Outputs, RefreshClock},
     progress::{ProgressView, TICK},
@@ -29,6 +30,11 @@ use std::{
 /// Renders as the arguments say.
 pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let outputs = Outputs::plan(&args.output, &args.input)?;
+    let wanted = Wanted::of_still(&args.labels)?;
+    let stem = labels::stem(outputs.first());
+    if wanted.is_some() {
+        labels::check_writable(&stem)?;
+    }
     let control = Arc::new(RenderControl::default());
     let cancelled = control.clone();
     let message = "stopping after the tiles in work; once more to stop at once";
@@ -52,6 +58,10 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         let hint = if from_arguments { "change --size or --crop" } else { "change `size` or `crop` in [film]" };
         Failure::new(if from_arguments { Exit::Usage } else { Exit::BadInput }, e).hint(hint)
     })?;
+    let files = match wanted {
+        Some(wanted) => labels::write_still(&job, wanted, &stem)?,
+        None => Vec::new(),
+    };
     let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, quiet: args.quiet };
     signals.start_work();
     let clock = Instant::now();
@@ -64,7 +74,8 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let film_hash = hash::film_hash(&image);
     seconds.write = lap(clock);
 
-    let summary = session.summary(&image, seconds, film_hash);
+    let mut summary = session.summary(&image, seconds, film_hash);
+    summary.labels = files.iter().map(|file| file.display().to_string()).collect();
     session.tell(&summary);
     if args.stats {
         let kind = job.accelerator.kind.name();
@@ -174,6 +185,7 @@ impl Session<'_> {
         let counts = self.film.sample_counts();
         Summary {
             outputs: self.outputs.names(),
+            labels: Vec::new(),
             width: image.width,
             height: image.height,
             spp: counts.total as f64 / self.film.area().pixels() as f64,
@@ -220,7 +232,9 @@ fn samples_per_pixel(counts: SampleCounts) -> String {
 fn failure_of(error: RenderError) -> Failure {
     match error {
         RenderError::Range { .. } => Failure::new(Exit::Usage, error).hint("etendue render --help tells the ranges"),
-        RenderError::Camera(_) => Failure::new(Exit::BadInput, error).hint("change [camera] in the scene file"),
+        RenderError::Camera(_) | RenderError::Shutter => {
+            Failure::new(Exit::BadInput, error).hint("change [camera] in the scene file")
+        }
     }
 }
 

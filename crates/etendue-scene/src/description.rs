@@ -3,6 +3,7 @@
 
 use crate::{
     Origin,
+    physics::{BodyRecord, JointRecord, PhysicsRecord},
     simplify::SimplifyRecord,
     sun_position::Moment,
     volume_file::{Axes, RawLayout},
@@ -60,6 +61,10 @@ pub struct SceneDescription {
     pub objects: Vec<ObjectRecord>,
     /// Lights that no ray can meet.
     pub lights: Vec<Located<DeltaLight>>,
+    /// What holds for all bodies.
+    pub physics: PhysicsRecord,
+    /// What joins bodies, in the order of the file.
+    pub joints: Vec<JointRecord>,
 }
 
 /// Light from all around.
@@ -415,6 +420,8 @@ pub struct ObjectRecord {
     pub materials: Vec<[Located<String>; 2]>,
     /// Applied in order.
     pub transform: Vec<Located<Step>>,
+    /// How it moves and collides; absent: it does neither.
+    pub body: Option<BodyRecord>,
     /// Where the object is described.
     pub origin: Origin,
 }

@@ -23,6 +23,7 @@ pub mod obj;
 pub mod off;
 pub mod output;
 mod parallel;
+pub mod physics;
 pub mod ply;
 mod polygon;
 mod positions;

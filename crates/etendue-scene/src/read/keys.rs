@@ -52,6 +52,8 @@ pub static FILE: Section = Section {
         all("meshes"),
         all("objects"),
         all("lights"),
+        all("physics"),
+        all("joints"),
     ],
 };
 
@@ -352,6 +354,7 @@ pub static OBJECT: Section = Section {
         all("material"),
         of("materials", &["mesh"]),
         all("transform"),
+        all("body"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),
         of("crease_angle", &["mesh"]),
@@ -366,6 +369,69 @@ pub static OBJECT: Section = Section {
         of("max", &["box"]),
         of("segments", &["disk"]),
     ],
+};
+
+/// How an object moves and collides.
+pub static BODY: Section = Section {
+    name: "body",
+    keys: &[
+        all("kind"),
+        all("shape"),
+        all("friction"),
+        all("restitution"),
+        all("group"),
+        of("mass", &["dynamic"]),
+        of("density", &["dynamic"]),
+        of("linear_velocity", &["dynamic"]),
+        of("angular_velocity", &["dynamic"]),
+        of("linear_damping", &["dynamic"]),
+        of("angular_damping", &["dynamic"]),
+        of("gravity_scale", &["dynamic"]),
+    ],
+};
+
+/// What holds for all bodies.
+pub static PHYSICS: Section = Section {
+    name: "[physics]",
+    keys: &[
+        all("gravity"),
+        all("step"),
+        all("substeps"),
+        all("iterations"),
+        all("start"),
+        all("duration"),
+        all("warm_up"),
+        all("friction_rule"),
+        all("restitution_rule"),
+        all("length_unit"),
+        all("contact_frequency"),
+        all("contact_damping"),
+        all("sleep"),
+        all("ignore"),
+    ],
+};
+
+/// Joints that leave something free that can be measured.
+const AXIAL: &[&str] = &["hinge", "slider"];
+
+/// What joins two bodies.
+pub static JOINT: Section = Section {
+    name: "[[joints]]",
+    keys: &[
+        all("type"),
+        all("bodies"),
+        all("anchor"),
+        of("axis", AXIAL),
+        of("limits", AXIAL),
+        of("motor", AXIAL),
+        all("collide"),
+    ],
+};
+
+/// What drives a joint.
+pub static MOTOR: Section = Section {
+    name: "motor",
+    keys: &[all("velocity"), all("position"), all("stiffness"), all("damping"), all("max_force")],
 };
 
 /// One step of a transform.
@@ -396,7 +462,7 @@ pub static LIGHT: Section = Section {
 };
 
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 26] = [
+pub static SECTIONS: [&Section; 30] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -419,8 +485,12 @@ pub static SECTIONS: [&Section; 26] = [
     &MESH,
     &SIMPLIFY,
     &OBJECT,
+    &BODY,
     &STEP,
     &ROTATE,
     &LOOK_AT,
     &LIGHT,
+    &PHYSICS,
+    &JOINT,
+    &MOTOR,
 ];

@@ -7,6 +7,7 @@ mod material;
 mod medium;
 mod object;
 mod pattern;
+mod physics;
 mod references;
 mod settings;
 mod simplify;
@@ -22,6 +23,9 @@ pub(crate) use medium::{COEFFICIENT, FREE_PATH, MEAN_COSINE, TINT, WEIGHT};
 pub(crate) use object::SEGMENTS;
 pub(crate) use pattern::{KINDS as PATTERNS, MAX_STOPS};
 pub use references::check_files;
+pub(crate) use physics::{
+    DURATIONS, FORCES, FREQUENCIES, FRICTIONS, MASSES, MAX_IGNORED, PARTS, RATIOS, SIZES, SPEEDS, STEPS, TIMES,
+};
 pub(crate) use settings::MAX_DEPTH;
 pub use settings::MAX_SIDE;
 pub(crate) use simplify::{FACES, RATIO, SIGMAS};
@@ -53,6 +57,7 @@ fn read_any(file: FileId, bytes: &[u8], folder: &Path) -> (SceneDescription, Dia
     let cx = Context { diagnostics: RefCell::new(diagnostics), damaged, textures: RefCell::default() };
     let description = scene(&cx, &entries, file, folder);
     references::check(&cx, &description);
+    physics::check(&cx, &description);
     let mut diagnostics = cx.diagnostics.into_inner();
     diagnostics.sort();
     (description, diagnostics)
@@ -78,6 +83,8 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneD
         meshes: fields.read("meshes", meshes).unwrap_or_default(),
         objects: fields.read("objects", |item| records(item, "objects", object::object)).unwrap_or_default(),
         lights: fields.read("lights", |item| records(item, "lights", light::light)).unwrap_or_default(),
+        physics: fields.read("physics", physics::physics).unwrap_or_default(),
+        joints: fields.read("joints", |item| records(item, "joints", physics::joint)).unwrap_or_default(),
     };
     fields.finish();
     description

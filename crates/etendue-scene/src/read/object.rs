@@ -2,7 +2,7 @@
 
 use super::{
     fields::{Fields, Item},
-    keys, simplify,
+    keys, physics, simplify,
     values::Bounds,
 };
 use crate::{
@@ -212,6 +212,7 @@ pub fn object(item: Item) -> Option<ObjectRecord> {
             _ => Vec::new(),
         },
         transform: fields.read("transform", transform).unwrap_or_default(),
+        body: fields.read("body", physics::body),
         origin: fields.origin.clone(),
     };
     fields.finish();

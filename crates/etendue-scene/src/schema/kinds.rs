@@ -1,9 +1,11 @@
 //! What values each key of a scene file takes.
 
 use crate::{
+    physics::{BodyKind, CollisionShape, Combine, JointKind},
     read::{
-        Bounds, COEFFICIENT, FACES, FREE_PATH, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS,
-        MEAN_COSINE, PATTERNS, PRIORITY, RATIO, SEGMENTS, SIGMAS, SUN_SIZES, TINT, TURBIDITIES, WEIGHT, ZONES,
+        Bounds, COEFFICIENT, DURATIONS, FACES, FORCES, FREE_PATH, FREQUENCIES, FRICTIONS, LATITUDES, LONGITUDES, MASSES,
+        MAX_DEPTH, MAX_IGNORED, MAX_RECORDS, MAX_SIDE, MAX_STOPS, MEAN_COSINE, PARTS, PATTERNS, PRIORITY, RATIO, RATIOS,
+        SEGMENTS, SIGMAS, SIZES, SPEEDS, STEPS, SUN_SIZES, TIMES, TINT, TURBIDITIES, WEIGHT, ZONES,
         keys::{self, Section},
     },
     simplify::{METHODS, PLACEMENTS},
@@ -123,6 +125,10 @@ pub fn kind(section: &str, key: &str) -> Option<Kind> {
         "rotate" => rotate(key),
         "look_at" => look_at(key),
         "[[lights]]" => light(key),
+        "body" => body(key),
+        "[physics]" => physics(key),
+        "[[joints]]" => joint(key),
+        "motor" => motor(key),
         _ => None,
     }
 }
@@ -143,6 +149,8 @@ fn file(key: &str) -> Option<Kind> {
         "meshes" => Kind::Named(&keys::MESH),
         "objects" => tables(&keys::OBJECT),
         "lights" => tables(&keys::LIGHT),
+        "physics" => Table(&keys::PHYSICS),
+        "joints" => tables(&keys::JOINT),
         _ => return None,
     })
 }
@@ -434,6 +442,7 @@ fn object(key: &str) -> Option<Kind> {
         "name" | "material" | "mesh" | "file" => Name,
         "materials" => Kind::Names,
         "transform" => transform(),
+        "body" => Kind::Any(vec![all(&BodyKind::ALL, BodyKind::name), Table(&keys::BODY)]),
         "crease_angle" => crease_angle(),
         "simplify" => Table(&keys::SIMPLIFY),
         "center" | "corner" | "u" | "v" | "min" | "max" => point(),
@@ -478,6 +487,63 @@ fn light(key: &str) -> Option<Kind> {
         "intensity" | "irradiance" => Colour(Bounds::LIGHT),
         "angle" => Number(Bounds::within(0.0, 360.0).above()),
         "blend" => Number(Bounds::UNIT),
+        _ => return None,
+    })
+}
+
+fn velocity() -> Kind {
+    array(Number(SPEEDS), 3)
+}
+
+fn body(key: &str) -> Option<Kind> {
+    Some(match key {
+        "kind" => all(&BodyKind::ALL, BodyKind::name),
+        "shape" => all(&CollisionShape::ALL, CollisionShape::name),
+        "friction" => Number(FRICTIONS),
+        "restitution" => Number(Bounds::UNIT),
+        "group" => Name,
+        "mass" | "density" => Number(MASSES),
+        "linear_velocity" | "angular_velocity" => velocity(),
+        "linear_damping" | "angular_damping" => Number(FORCES),
+        "gravity_scale" => Number(SPEEDS),
+        _ => return None,
+    })
+}
+
+fn physics(key: &str) -> Option<Kind> {
+    Some(match key {
+        "gravity" => velocity(),
+        "step" => Number(STEPS),
+        "substeps" | "iterations" => Integer(PARTS.0.into(), PARTS.1.into()),
+        "start" => Number(TIMES),
+        "duration" | "warm_up" => Number(DURATIONS),
+        "friction_rule" | "restitution_rule" => all(&Combine::ALL, Combine::name),
+        "length_unit" => Number(SIZES),
+        "contact_frequency" => Number(FREQUENCIES),
+        "contact_damping" => Number(RATIOS),
+        "sleep" => Boolean,
+        "ignore" => Kind::Array(Box::new(array(Name, 2)), 0, MAX_IGNORED),
+        _ => return None,
+    })
+}
+
+fn joint(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => all(&JointKind::ALL, JointKind::name),
+        "bodies" => Kind::Any(vec![Name, Kind::Array(Box::new(Name), 1, 2)]),
+        "anchor" => point(),
+        "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
+        "limits" => array(Number(Bounds::COORDINATE), 2),
+        "motor" => Table(&keys::MOTOR),
+        "collide" => Boolean,
+        _ => return None,
+    })
+}
+
+fn motor(key: &str) -> Option<Kind> {
+    Some(match key {
+        "velocity" | "position" => Number(SPEEDS),
+        "stiffness" | "damping" | "max_force" => Number(FORCES),
         _ => return None,
     })
 }
