@@ -6,6 +6,7 @@ mod files;
 mod labels;
 mod model;
 mod simplify;
+mod simulate;
 
 pub use animate::{AnimateArgs, FrameRange};
 use clap::{Args, Parser, Subcommand, builder::TypedValueParser, value_parser};
@@ -22,6 +23,7 @@ pub use files::{CompletionsArgs, ConvertArgs, InfoArgs, ManArgs};
 pub use labels::{LabelArgs, LabelChoice};
 pub use model::{ModelArgs, SceneArgs};
 pub use simplify::SimplifyArgs;
+pub use simulate::SimulateArgs;
 use std::{path::PathBuf, str::FromStr};
 
 /// Physically based Monte Carlo rendering on the CPU
@@ -47,6 +49,7 @@ Examples:
   etendue info bunny.obj                          what is in a file
   etendue convert render.exr render.png           a file into another
   etendue simplify scan.stl -o small.ply --faces 5000   fewer triangles, the same shape
+  etendue simulate marbles.toml -o marbles.json   bodies that fall and collide: their motion
   etendue diff a.exr reference.exr -o heat.png    how far a is from the reference
 
 Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write,
@@ -68,6 +71,8 @@ pub enum Command {
     Convert(ConvertArgs),
     /// Make a model of fewer triangles with the same shape
     Simplify(SimplifyArgs),
+    /// Let the bodies of a scene fall and collide, and write their motion
+    Simulate(SimulateArgs),
     /// Measure how far a picture is from a reference
     Diff(DiffArgs),
     /// Print the completions of a shell

@@ -21,6 +21,7 @@ mod report;
 mod scene_input;
 mod signals;
 mod simplify;
+mod simulate;
 mod summary;
 mod tools;
 
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
         Some(Command::Info(args)) => info::run(args),
         Some(Command::Convert(args)) => convert::run(args),
         Some(Command::Simplify(args)) => simplify::run(args),
+        Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Completions(args)) => tools::completions(args),
         Some(Command::Man(args)) => tools::man(args),
         Some(Command::Diff(args)) => diff::run(args),

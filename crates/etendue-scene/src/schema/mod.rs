@@ -12,7 +12,7 @@ pub use kinds::{Kind, kind};
 use serde_json::{Map, Value, json};
 
 /// Keys that a table cannot be without, whatever its type.
-const REQUIRED: [(&str, &str); 17] = [
+const REQUIRED: &[(&str, &str)] = &[
     ("the scene file", "camera"),
     ("[camera]", "position"),
     ("film.filter", "type"),
@@ -30,6 +30,9 @@ const REQUIRED: [(&str, &str); 17] = [
     ("rotate", "angle"),
     ("look_at", "position"),
     ("look_at", "target"),
+    ("[[joints]]", "type"),
+    ("[[joints]]", "bodies"),
+    ("[[joints]]", "anchor"),
 ];
 
 /// The schema.
@@ -86,7 +89,7 @@ fn table(section: &Section) -> Value {
 
 /// Of each type the keys that belong to others.
 fn rules(section: &Section) -> Vec<Value> {
-    let picker = if section.key("shape").is_some() { "shape" } else { "type" };
+    let picker = ["kind", "shape", "type"].into_iter().find(|key| section.key(key).is_some()).unwrap_or("type");
     if section.keys.iter().all(|key| key.types.is_empty()) {
         return Vec::new();
     }

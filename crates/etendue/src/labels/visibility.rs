@@ -12,8 +12,8 @@ use crate::{
     surface::MeshData,
 };
 use etendue_accel::{
-    Accelerator, AcceleratorKind, BuildError, Geometry, Hit, Instance, Isa, PrimitiveId, Ray, Transform, TriangleMesh,
-    World,
+    Accelerator, AcceleratorKind, BuildError, Geometry, Hit, Instance, Isa, Place, PrimitiveId, Ray, Transform,
+    TriangleMesh, World,
 };
 use std::{
     collections::BTreeMap,
@@ -106,7 +106,7 @@ impl Outlines {
         let threads = if mesh.indices.len() < MANY { 1 } else { threads };
         let world = World {
             geometries: vec![Geometry::Triangles(mesh)],
-            instances: vec![Instance { geometry: 0, transform: None, mask: u32::MAX }],
+            instances: vec![Instance { geometry: 0, place: Place::World, mask: u32::MAX }],
         };
         let structure = Accelerator::build(&world, AcceleratorKind::Bvh, isa, threads)?;
         self.0.insert(key, Outline { structure, used: true });
@@ -232,7 +232,8 @@ fn count_hidden(
 /// Which rays meet an object were it alone.
 fn covers(scene: &Scene, object: u32, outlines: &Outlines, rays: &mut [Ray]) -> Vec<bool> {
     let placement = &scene.placements()[object as usize];
-    let transform = placement.transform.as_ref();
+    let transform = placement.place.at(0.0);
+    let transform = transform.as_ref();
     match &placement.primitives {
         Primitives::Sphere { center, radius } => {
             rays.iter().map(|ray| meets_sphere(scene, object, (*center, *radius), transform, ray)).collect()
