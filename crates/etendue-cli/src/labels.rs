@@ -60,7 +60,7 @@ pub fn write_still(job: &Job, wanted: Wanted, stem: &Path) -> Result<Vec<PathBuf
         threads: job.settings.threads,
     };
     let mut labeller = Labeller::new(job.subjects.clone(), settings).map_err(failure_of)?;
-    let moment = Moment { scene: &job.scene, camera: &job.camera, poses: &[] };
+    let moment = Moment { scene: &job.scene, camera: &job.camera };
     let labels = labeller.label(&moment).map_err(failure_of)?;
     let about = About {
         software: &software(),

@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod animate;
 mod args;
 mod convert;
 mod diff;
@@ -20,6 +21,7 @@ mod report;
 mod scene_input;
 mod signals;
 mod simplify;
+mod simulate;
 mod summary;
 mod tools;
 
@@ -45,10 +47,12 @@ fn main() -> ExitCode {
         }
         None => Err(Failure::new(Exit::Usage, "nothing to do").hint("etendue --help tells what there is")),
         Some(Command::Render(args)) => render::run(args),
+        Some(Command::Animate(args)) => animate::run(args),
         Some(Command::Scene(args)) => model::run(args),
         Some(Command::Info(args)) => info::run(args),
         Some(Command::Convert(args)) => convert::run(args),
         Some(Command::Simplify(args)) => simplify::run(args),
+        Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Completions(args)) => tools::completions(args),
         Some(Command::Man(args)) => tools::man(args),
         Some(Command::Diff(args)) => diff::run(args),

@@ -45,7 +45,13 @@ impl Bounce {
         if restitution < 1.0 && impact <= closing * self.step {
             return 0.0;
         }
-        ((restitution * impact + shift) / approach.speed).max(0.0)
+        // The engine turns bodies round where they would meet in the first part of the next step. Then they have the speed that they
+        // would have there on their way back.
+        let flight = self.step * (approach.speed + 0.5 * closing * (self.step + self.part));
+        let left = (approach.distance - flight).max(0.0);
+        let after = restitution * impact;
+        let after = (after * after - 2.0 * closing * left).max(0.0).sqrt();
+        ((after + shift) / approach.speed).max(0.0)
     }
 }
 

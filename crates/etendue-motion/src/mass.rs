@@ -2,13 +2,10 @@
 
 use crate::{
     convert::{matrix, rotation, vector},
-    solid::Solid,
+    solid::{Solid, thickened},
 };
 use etendue::math::{DMat3, DVec3};
 use rapier3d_f64::prelude::{Cuboid, MassProperties, Pose, Shape};
-
-/// Of a sheet, its thickness over its shorter edge, where only its density is known.
-const SHEET: f64 = 0.01;
 
 /// For a density of 1 kg/m³; `None` for a surface that bounds no volume.
 pub fn properties(solid: &Solid) -> Option<MassProperties> {
@@ -16,8 +13,7 @@ pub fn properties(solid: &Solid) -> Option<MassProperties> {
         Solid::Ball { center, radius } => ellipsoid(*center, DMat3::from_diagonal(DVec3::splat(*radius))),
         Solid::Ellipsoid { center, map } => ellipsoid(*center, *map),
         Solid::Box { center, rotation: turn, half } => {
-            let thickness = if half.z > 0.0 { half.z } else { SHEET * half.x.min(half.y) };
-            let half = DVec3::new(half.x, half.y, thickness);
+            let half = thickened(*half);
             let pose = Pose::from_parts(vector(*center), rotation(*turn));
             Cuboid::new(vector(half)).mass_properties(1.0).transform_by(&pose)
         }

@@ -3,7 +3,7 @@
 use crate::{
     convert::{rotation, vector},
     mesh::Triangles,
-    solid::{Solid, corners},
+    solid::{Solid, corners, thickened},
 };
 use etendue::math::{DQuat, DVec3};
 use etendue_scene::physics::CollisionShape;
@@ -27,6 +27,8 @@ const RESOLUTION: u32 = 64;
 const MAX_PIECES: u32 = 64;
 /// What is flatter than this share of its size is thickened by as much before its hull is made.
 const FLAT: f64 = 1e-3;
+/// What is narrower than this share of its length is a line.
+const THIN: f64 = 1e-9;
 
 /// A part of a collision shape and where it is, in the body's space.
 pub type Part = (Pose, SharedShape);
@@ -51,7 +53,9 @@ fn part(solid: &Solid, shape: CollisionShape, pushed: bool) -> Result<Vec<Part>,
     Ok(match solid {
         Solid::Ball { center, radius } => vec![(Pose::from_translation(vector(*center)), SharedShape::ball(*radius))],
         Solid::Ellipsoid { .. } => vec![(Pose::IDENTITY, hull(&solid.points())?)],
-        Solid::Box { center, rotation, half } => vec![cuboid(*center, *rotation, *half)],
+        Solid::Box { center, rotation, half } => {
+            vec![cuboid(*center, *rotation, if pushed { thickened(*half) } else { *half })]
+        }
         Solid::Mesh { triangles, is_closed } => match shape {
             CollisionShape::Mesh => vec![surface(triangles, *is_closed)?],
             CollisionShape::Auto if !pushed => vec![surface(triangles, *is_closed)?],
@@ -129,7 +133,7 @@ fn is_convex(triangles: &Triangles, is_closed: bool) -> bool {
 /// The convex hull, of flat things a little thicker than they are.
 fn hull(positions: &[DVec3]) -> Result<SharedShape, String> {
     let mut around = positions.to_vec();
-    if let Some(normal) = flat(positions) {
+    if let Extent::Sheet(normal) = Extent::of(positions)? {
         around.clear();
         around.extend(positions.iter().flat_map(|p| [*p - normal, *p + normal]));
     }
@@ -139,23 +143,39 @@ fn hull(positions: &[DVec3]) -> Result<SharedShape, String> {
     polyhedron.map(SharedShape::new).ok_or_else(|| "has no convex hull".to_owned())
 }
 
-/// Across points that are in one plane, half of what makes a solid of them; `None` if they are one already.
-fn flat(positions: &[DVec3]) -> Option<DVec3> {
-    let first = *positions.first()?;
-    let farthest = |from: &dyn Fn(DVec3) -> f64| {
-        positions.iter().copied().max_by(|a, b| from(*a).total_cmp(&from(*b))).unwrap_or(first)
-    };
-    let along = farthest(&|p| (p - first).length()) - first;
-    let size = along.length();
-    let across = farthest(&|p| (p - first).cross(along).length()) - first;
-    let normal = along.cross(across).try_normalize()?;
-    let thickness = positions.iter().map(|p| (*p - first).dot(normal).abs()).fold(0.0, f64::max);
-    (thickness < FLAT * size).then(|| normal * (0.5 * FLAT * size))
+/// How many dimensions points fill.
+enum Extent {
+    /// Two: half of the edge, across them, that makes a solid of them.
+    Sheet(DVec3),
+    /// Three.
+    Solid,
+}
+
+impl Extent {
+    /// An error if they are all on a line.
+    fn of(positions: &[DVec3]) -> Result<Self, String> {
+        let line = || "is as thin as a line".to_owned();
+        let first = *positions.first().ok_or_else(line)?;
+        let farthest = |from: &dyn Fn(DVec3) -> f64| {
+            positions.iter().copied().max_by(|a, b| from(*a).total_cmp(&from(*b))).unwrap_or(first)
+        };
+        let along = farthest(&|p| (p - first).length()) - first;
+        let size = along.length();
+        let across = farthest(&|p| (p - first).cross(along).length()) - first;
+        let area = along.cross(across);
+        // Written so that what is not a number is thin too.
+        if !(area.length() > THIN * size * size) {
+            return Err(line());
+        }
+        let normal = area.normalize();
+        let thickness = positions.iter().map(|p| (*p - first).dot(normal).abs()).fold(0.0, f64::max);
+        Ok(if thickness < FLAT * size { Self::Sheet(normal * (0.5 * FLAT * size)) } else { Self::Solid })
+    }
 }
 
 /// Convex pieces (Mamou, Lengyel, Peters, "Volumetric hierarchical approximate convex decomposition", 2016).
 fn decomposed(triangles: &Triangles, is_closed: bool) -> Result<Vec<Part>, String> {
-    if flat(&triangles.vertices).is_some() {
+    if let Extent::Sheet(_) = Extent::of(&triangles.vertices)? {
         return Ok(vec![(Pose::IDENTITY, hull(&triangles.vertices)?)]);
     }
     let fill_mode = match is_closed {

@@ -12,6 +12,9 @@ use etendue::{
 /// A box's volume and a mesh's may differ by this share for the mesh to be the box.
 const SAME_VOLUME: f64 = 1e-6;
 
+/// Thickness of a rectangle that is pushed over its shorter edge.
+const SHEET: f64 = 0.01;
+
 /// One shape of an object.
 #[derive(Clone, Debug)]
 pub enum Solid {
@@ -72,6 +75,11 @@ impl Solid {
             Self::Mesh { triangles, .. } => triangles.vertices.clone(),
         }
     }
+}
+
+/// Half of the edges of a box that is not a sheet.
+pub fn thickened(half: DVec3) -> DVec3 {
+    if half.z > 0.0 { half } else { DVec3::new(half.x, half.y, SHEET * half.x.min(half.y)) }
 }
 
 /// The corners of a box about the origin.

@@ -8,7 +8,7 @@ use etendue::{
     camera::{Aperture, CameraSettings, FovAxis, Projection},
     labels::{Axes, Label, LabelError, LabelSettings, Labeller, Labels, Moment, Subjects, View, Way},
     math::{DAffine3, DMat3, DQuat, DVec3, dvec3},
-    motion::Pose,
+    motion::{Motion, Pose},
     scene::{AcceleratorSettings, Scene, SceneParts},
 };
 use etendue_accel::{AcceleratorKind, Isa};
@@ -20,10 +20,9 @@ fn settings() -> LabelSettings {
     LabelSettings { resolution: SIZE, crop: None, labels: Label::ALL.to_vec(), threads: 2 }
 }
 
-/// A scene at a moment: its parts without motion, and what moves them.
+/// A scene at a moment; what has no pose never moves.
 struct Frame {
     scene: Scene,
-    poses: Vec<Pose>,
     camera: CameraSettings,
 }
 
@@ -35,14 +34,14 @@ impl Frame {
     fn by(parts: &SceneParts, poses: &[Pose], camera: CameraSettings, kind: AcceleratorKind, isa: Isa) -> Self {
         let mut parts = parts.clone();
         for (object, pose) in parts.objects.iter_mut().zip(poses) {
-            object.transform = pose.to_affine() * object.transform;
+            object.motion = Some(Motion::resting(*pose));
         }
         let scene = Scene::build(parts, &AcceleratorSettings { kind, isa, threads: 1 }).expect("a scene");
-        Self { scene, poses: poses.to_vec(), camera }
+        Self { scene, camera }
     }
 
     fn moment(&self) -> Moment<'_> {
-        Moment { scene: &self.scene, camera: &self.camera, poses: &self.poses }
+        Moment { scene: &self.scene, camera: &self.camera }
     }
 }
 
@@ -176,7 +175,7 @@ fn a_plane_has_the_depth_normal_and_position_of_the_plane() {
     // The lens is not seen.
     let Projection::Perspective { lens_radius, focus_distance, .. } = &mut camera.projection else { unreachable!() };
     (*lens_radius, *focus_distance) = (0.5, 3.0);
-    let here = Frame::new(&parts.0, &still(1), camera);
+    let here = Frame::new(&parts.0, &[], camera);
     let labels = labels_of(&parts.0, settings(), &here, None);
     let (pinhole, normal) = (Pinhole::of(&camera), u.cross(v).normalize());
     let mut met = 0;
@@ -206,7 +205,7 @@ fn a_plane_has_the_depth_normal_and_position_of_the_plane() {
     assert!(met > 3000, "{met}");
     // From below, the normal is that of the other side.
     let below = common::camera(dvec3(1.0, -5.0, 9.0), dvec3(0.0, 0.0, 0.0));
-    let labels = labels_of(&parts.0, settings(), &Frame::new(&parts.0, &still(1), below), None);
+    let labels = labels_of(&parts.0, settings(), &Frame::new(&parts.0, &[], below), None);
     let middle = (SIZE[0] * SIZE[1] / 2 + SIZE[0] / 2) as usize;
     assert!((DVec3::from(labels.normal[middle].map(f64::from)) + normal).length() < 1e-6);
 }
@@ -280,7 +279,7 @@ fn flow_and_occlusion_of_a_ball_that_passes_a_wall() {
 fn what_rests_has_no_flow() {
     let (parts, ..) = ball_and_wall();
     let camera = camera(dvec3(0.1, 0.3, 170.0), dvec3(0.0, 0.0, 0.0));
-    let here = Frame::new(&parts, &still(2), camera);
+    let here = Frame::new(&parts, &[], camera);
     let labels = labels_of(&parts, settings(), &here, Some(&here));
     let flow = labels.flow[0].as_ref().expect("flow");
     assert!(labels.object.contains(&0), "there is background");
@@ -427,7 +426,7 @@ fn visible_fractions_of_squares_behind_cards() {
         projection: Projection::Orthographic { height: 8.0 },
         ..camera(dvec3(0.0, 0.0, 10.0), DVec3::ZERO)
     };
-    let here = Frame::new(&parts, &still(parts.objects.len()), camera);
+    let here = Frame::new(&parts, &[], camera);
     let labels = labels_of(&parts, settings(), &here, None);
     let seen = labels.visibility.as_ref().expect("visibility");
     let rect = |r: Option<etendue::film::PixelRect>| r.map(|r| [r.x0, r.y0, r.x1, r.y1]);
@@ -486,8 +485,7 @@ fn unoccluded_is_what_is_seen_when_all_others_are_not_there() {
     let parts = crowd();
     let inside = camera(dvec3(0.3, 0.2, 0.4), dvec3(1.0, 0.0, 0.0));
     for (view, least) in [(camera(dvec3(0.5, 1.0, 9.0), DVec3::ZERO), 8), (inside, 1)] {
-        let poses = still(parts.objects.len());
-        let labels = labels_of(&parts, settings(), &Frame::new(&parts, &poses, view), None);
+        let labels = labels_of(&parts, settings(), &Frame::new(&parts, &[], view), None);
         let seen = labels.visibility.as_ref().expect("visibility");
         let mut hidden = 0;
         for (number, object) in parts.objects.iter().enumerate() {
@@ -495,7 +493,7 @@ fn unoccluded_is_what_is_seen_when_all_others_are_not_there() {
             for material in (0..alone.materials.len()).filter(|m| *m != object.materials[0]) {
                 alone.materials[material].opacity = 0.0.into();
             }
-            let alone = labels_of(&alone, settings(), &Frame::new(&alone, &poses, view), None);
+            let alone = labels_of(&alone, settings(), &Frame::new(&alone, &[], view), None);
             let expected = alone.object.iter().filter(|id| **id == number as u32 + 1).count() as u64;
             // The outline of spheres is that of exact ones.
             let slack = if number % 4 == 1 { 2 } else { 0 };
@@ -622,16 +620,12 @@ fn what_cannot_be_labelled_is_an_error() {
     assert!(matches!(new(SIZE, Some([5, 0, 5, 5])), Err(LabelError::Crop(..))));
     let mut labeller = new(SIZE, None).expect("a labeller");
     let mut here = Frame::new(&parts, &still(2), camera(dvec3(0.1, 0.3, 8.0), DVec3::ZERO));
-    here.poses.pop();
-    assert!(matches!(labeller.label(&here.moment()), Err(LabelError::Moment { expected: 2, found: 1, .. })));
-    here.poses.clear();
-    assert!(labeller.label(&here.moment()).is_ok(), "without poses nothing moves");
     here.camera.up = here.camera.direction;
     assert!(matches!(labeller.label(&here.moment()), Err(LabelError::Camera(_))));
     let mut fewer = parts.clone();
     fewer.objects.pop();
     let fewer = Frame::new(&fewer, &[], here.camera);
-    assert!(matches!(labeller.label(&fewer.moment()), Err(LabelError::Moment { what: "a moment", .. })));
+    assert!(matches!(labeller.label(&fewer.moment()), Err(LabelError::Moment { expected: 2, found: 1 })));
 }
 
 #[test]

@@ -10,7 +10,9 @@ use super::{
 use crate::{
     description::{Located, ObjectRecord, SceneDescription},
     diagnostic::nearest,
-    physics::{BodyKind, BodyRecord, CollisionShape, Combine, JointKind, JointRecord, Mass, MotorRecord, PhysicsRecord},
+    physics::{
+        BodyKind, BodyRecord, CollisionShape, Combine, JointKind, JointRecord, Mass, MotorRecord, PhysicsRecord,
+    },
     value::Data,
 };
 use etendue::math::DVec3;
@@ -146,9 +148,8 @@ fn bodies(item: &Item) -> Option<(Located<String>, Option<Located<String>>)> {
             Some((first, Some(second)))
         }
         Err(mut names) if names.len() == 1 => Some((names.remove(0)?, None)),
-        Err(names) => {
-            item.error(format!("`bodies` has {} names", names.len()), "expected two names, or one to join it to the world")
-        }
+        Err(names) => item
+            .error(format!("`bodies` has {} names", names.len()), "expected two names, or one to join it to the world"),
     }
 }
 

@@ -21,7 +21,7 @@ use crate::{
     film::{PixelRect, UnknownName},
     math::{DAffine3, DVec3},
     motion::Pose,
-    scene::Scene,
+    scene::{Object, Scene},
 };
 use etendue_accel::BuildError;
 use first::Seen;
@@ -127,10 +127,8 @@ pub enum LabelError {
     #[error("not enough memory for labels of {0} pixels")]
     OutOfMemory(usize),
     /// A moment that is not one of the scene.
-    #[error("{what} of {found} objects for a scene of {expected}")]
+    #[error("a moment of {found} objects for a scene of {expected}")]
     Moment {
-        /// What does not fit.
-        what: &'static str,
         /// Objects of the scene's parts.
         expected: usize,
         /// Objects of the moment.
@@ -147,12 +145,10 @@ pub enum LabelError {
 /// A scene at one moment.
 #[derive(Clone, Copy)]
 pub struct Moment<'a> {
-    /// With all objects where they are then; their poses at shutter time 0 count.
+    /// With all objects where they are then: what moves counts as it is when the shutter opens.
     pub scene: &'a Scene,
     /// The camera then.
     pub camera: &'a CameraSettings,
-    /// Of each object of the scene's parts, what moved it there; empty: nothing moves.
-    pub poses: &'a [Pose],
 }
 
 /// Makes the labels of one frame after the other.
@@ -258,19 +254,15 @@ impl Labeller {
         Ok(())
     }
 
-    /// The poses of a moment, if it is one of the scene.
+    /// Where the objects of a moment are, if it is one of the scene.
     fn poses(&self, moment: &Moment<'_>) -> Result<Vec<Pose>, LabelError> {
-        let expected = self.subjects.objects();
-        let check = |what, found| match found == expected {
-            true => Ok(()),
-            false => Err(LabelError::Moment { what, expected, found }),
-        };
-        check("a moment", moment.scene.placements().len())?;
-        if moment.poses.is_empty() {
-            return Ok(vec![Pose::IDENTITY; expected]);
+        let objects = moment.scene.objects();
+        let (expected, found) = (self.subjects.objects(), objects.len());
+        if found != expected {
+            return Err(LabelError::Moment { expected, found });
         }
-        check("poses", moment.poses.len())?;
-        Ok(moment.poses.to_vec())
+        let pose = |object: &Object| object.motion.as_ref().map_or(Pose::IDENTITY, |motion| motion.at(0.0));
+        Ok(objects.iter().map(pose).collect())
     }
 
     fn blank(
