@@ -220,7 +220,9 @@ fn samples_per_pixel(counts: SampleCounts) -> String {
 fn failure_of(error: RenderError) -> Failure {
     match error {
         RenderError::Range { .. } => Failure::new(Exit::Usage, error).hint("etendue render --help tells the ranges"),
-        RenderError::Camera(_) | RenderError::Shutter => Failure::new(Exit::BadInput, error).hint("change [camera] in the scene file"),
+        RenderError::Camera(_) | RenderError::Shutter => {
+            Failure::new(Exit::BadInput, error).hint("change [camera] in the scene file")
+        }
     }
 }
 
