@@ -1,5 +1,6 @@
 //! The command line.
 
+mod animate;
 mod display;
 mod files;
 mod labels;
@@ -7,6 +8,7 @@ mod model;
 mod simplify;
 mod simulate;
 
+pub use animate::{AnimateArgs, FrameRange};
 use clap::{Args, Parser, Subcommand, builder::TypedValueParser, value_parser};
 pub use display::DisplayArgs;
 use etendue::{
@@ -42,6 +44,7 @@ Examples:
   etendue render bunny.obj                        a picture of a model: bunny.png and bunny.exr
   etendue render scenes/cornell-box.toml          a scene
   etendue render scene.toml -o a.exr --spp 256    one file, more samples
+  etendue animate bunny.obj --turntable -o bunny.mp4   a film
   etendue scene bunny.obj -o bunny.toml           a scene of a model, to be edited
   etendue info bunny.obj                          what is in a file
   etendue convert render.exr render.png           a file into another
@@ -57,6 +60,9 @@ Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write,
 pub enum Command {
     /// Render a scene or a model into picture files
     Render(Box<RenderArgs>),
+    /// Render a scene that moves, or a model that turns, into numbered pictures or a film
+    #[command(mut_arg("output", |arg| arg.help(animate::OUTPUT)))]
+    Animate(Box<AnimateArgs>),
     /// Write the automatic scene of a model, for editing
     Scene(SceneArgs),
     /// Tell what is in a scene, a model or a picture

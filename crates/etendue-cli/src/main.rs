@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod animate;
 mod args;
 mod convert;
 mod diff;
@@ -46,6 +47,7 @@ fn main() -> ExitCode {
         }
         None => Err(Failure::new(Exit::Usage, "nothing to do").hint("etendue --help tells what there is")),
         Some(Command::Render(args)) => render::run(args),
+        Some(Command::Animate(args)) => animate::run(args),
         Some(Command::Scene(args)) => model::run(args),
         Some(Command::Info(args)) => info::run(args),
         Some(Command::Convert(args)) => convert::run(args),

@@ -4,7 +4,7 @@ mod bodies;
 mod environment;
 mod meshes;
 mod sky;
-mod textures;
+pub(crate) mod textures;
 mod view;
 mod volumes;
 
@@ -15,6 +15,7 @@ use crate::{
     import::{Import, LoadedTexture},
     mesh_file::MeshFile,
 };
+pub(crate) use environment::environment_at;
 use etendue::{
     camera::CameraSettings,
     film::FilmSettings,
@@ -32,6 +33,7 @@ pub(crate) use meshes::unknown_ending;
 use meshes::{Geometry, Loader, Piece, Treatment};
 use sha2::{Digest, Sha256};
 use std::{collections::BTreeMap, ops::Range, path::PathBuf, sync::Arc};
+pub(crate) use view::{bounds, camera, middle};
 
 /// Everything a render needs.
 #[derive(Clone, Debug)]
@@ -111,7 +113,7 @@ pub fn build_with(
         builder.place(number, object);
         placed.push(first..builder.parts.objects.len());
     }
-    let camera = view::camera(&description.camera, description.film.size, &builder.parts);
+    let camera = camera(&description.camera, description.film.size, &builder.parts, None);
     let media = builder.loader.media();
     let environment = description.environment.as_ref().and_then(|record| builder.loader.environment(record));
     let Builder { mut parts, loader, .. } = builder;

@@ -52,6 +52,7 @@ pub static FILE: Section = Section {
         all("meshes"),
         all("objects"),
         all("lights"),
+        all("animation"),
         all("physics"),
         all("joints"),
     ],
@@ -354,6 +355,7 @@ pub static OBJECT: Section = Section {
         all("material"),
         of("materials", &["mesh"]),
         all("transform"),
+        all("motion"),
         all("body"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),
@@ -461,8 +463,35 @@ pub static LIGHT: Section = Section {
     ],
 };
 
+/// Time.
+pub static ANIMATION: Section = Section {
+    name: "[animation]",
+    keys: &[
+        all("start"),
+        all("speed"),
+        all("fps"),
+        all("frames"),
+        all("duration"),
+        all("shutter"),
+        all("shutter_curve"),
+        all("keyframes"),
+    ],
+};
+
+/// Poses from a file.
+pub static KEYFRAMES: Section = Section {
+    name: "keyframes",
+    keys: &[all("file"), all("objects"), all("times"), all("start"), all("fps"), all("interpolation"), all("relative")],
+};
+
+/// The motion of an object.
+pub static MOTION: Section = Section { name: "motion", keys: &[all("translate"), all("rotate"), all("pivot")] };
+
+/// A value that changes over time.
+pub static KEYED: Section = Section { name: "a value with keys", keys: &[all("keys"), all("interpolation")] };
+
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 30] = [
+pub static SECTIONS: [&Section; 34] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -489,7 +518,11 @@ pub static SECTIONS: [&Section; 30] = [
     &STEP,
     &ROTATE,
     &LOOK_AT,
+    &MOTION,
     &LIGHT,
+    &ANIMATION,
+    &KEYFRAMES,
+    &KEYED,
     &PHYSICS,
     &JOINT,
     &MOTOR,

@@ -3,12 +3,14 @@
 use crate::{
     physics::{BodyKind, CollisionShape, Combine, JointKind},
     read::{
-        Bounds, COEFFICIENT, DURATIONS, FACES, FORCES, FREE_PATH, FREQUENCIES, FRICTIONS, LATITUDES, LONGITUDES,
-        MASSES, MAX_DEPTH, MAX_IGNORED, MAX_RECORDS, MAX_SIDE, MAX_STOPS, MEAN_COSINE, PARTS, PATTERNS, PRIORITY,
-        RATIO, RATIOS, SEGMENTS, SIGMAS, SIZES, SPEEDS, STEPS, SUN_SIZES, TIMES, TINT, TURBIDITIES, WEIGHT, ZONES,
+        Bounds, COEFFICIENT, DURATION, DURATIONS, FACES, FORCES, FPS, FREE_PATH, FREQUENCIES, FRICTIONS, LATITUDES,
+        LONGITUDES, MASSES, MAX_DEPTH, MAX_FRAMES, MAX_IGNORED, MAX_RECORDS, MAX_SIDE, MAX_STOPS, MEAN_COSINE, PARTS,
+        PATTERNS, PRIORITY, RATIO, RATIOS, ROWS, SEGMENTS, SHUTTER, SIGMAS, SIZES, SPEED, SPEEDS, STEPS, SUN_SIZES,
+        TIME, TIMES, TINT, TURBIDITIES, WEIGHT, ZONES,
         keys::{self, Section},
     },
     simplify::{METHODS, PLACEMENTS},
+    track::Interpolation,
     volume_file::{Axes, ByteOrder, SampleType},
 };
 use etendue::{
@@ -98,6 +100,37 @@ fn pair(kind: Kind) -> Kind {
 
 /// What `key` of `section` takes; `None` if nobody has said.
 pub fn kind(section: &str, key: &str) -> Option<Kind> {
+    let kind = constant(section, key)?;
+    let varies = matches!(
+        section,
+        "[camera]"
+            | "[environment]"
+            | "[materials.NAME]"
+            | "a textured parameter"
+            | "emission"
+            | "tangent"
+            | "[[lights]]"
+            | "rotate"
+    );
+    Some(if varies { with_keys(kind) } else { kind })
+}
+
+/// A value with keys in the place of each number, colour and point.
+fn with_keys(kind: Kind) -> Kind {
+    match kind {
+        Number(_) | Colour(_) => Kind::Any(vec![kind, Table(&keys::KEYED)]),
+        Kind::Array(item, 3, 3) if matches!(*item, Number(_)) => {
+            Kind::Any(vec![Kind::Array(item, 3, 3), Table(&keys::KEYED)])
+        }
+        Kind::Array(item, low, high) if !matches!(*item, Number(_)) => {
+            Kind::Array(Box::new(with_keys(*item)), low, high)
+        }
+        Kind::Any(kinds) => Kind::Any(kinds.into_iter().map(with_keys).collect()),
+        other => other,
+    }
+}
+
+fn constant(section: &str, key: &str) -> Option<Kind> {
     match section {
         "the scene file" => file(key),
         "[camera]" => camera(key),
@@ -125,6 +158,10 @@ pub fn kind(section: &str, key: &str) -> Option<Kind> {
         "rotate" => rotate(key),
         "look_at" => look_at(key),
         "[[lights]]" => light(key),
+        "[animation]" => animation(key),
+        "keyframes" => keyframes(key),
+        "motion" => motion(key),
+        "a value with keys" => keyed(key),
         "body" => body(key),
         "[physics]" => physics(key),
         "[[joints]]" => joint(key),
@@ -149,6 +186,7 @@ fn file(key: &str) -> Option<Kind> {
         "meshes" => Kind::Named(&keys::MESH),
         "objects" => tables(&keys::OBJECT),
         "lights" => tables(&keys::LIGHT),
+        "animation" => Table(&keys::ANIMATION),
         "physics" => Table(&keys::PHYSICS),
         "joints" => tables(&keys::JOINT),
         _ => return None,
@@ -442,6 +480,7 @@ fn object(key: &str) -> Option<Kind> {
         "name" | "material" | "mesh" | "file" => Name,
         "materials" => Kind::Names,
         "transform" => transform(),
+        "motion" => Table(&keys::MOTION),
         "body" => Kind::Any(vec![all(&BodyKind::ALL, BodyKind::name), Table(&keys::BODY)]),
         "crease_angle" => crease_angle(),
         "simplify" => Table(&keys::SIMPLIFY),
@@ -464,6 +503,56 @@ fn step(key: &str) -> Option<Kind> {
             let rows = Kind::Array(Box::new(array(coordinate(), 4)), 3, 4);
             Kind::Any(vec![array(coordinate(), 12), array(coordinate(), 16), rows])
         }
+        _ => return None,
+    })
+}
+
+fn animation(key: &str) -> Option<Kind> {
+    Some(match key {
+        "start" => Number(TIME),
+        "speed" => Number(SPEED),
+        "fps" => Kind::Any(vec![Number(FPS), Name]),
+        "frames" => Integer(1, MAX_FRAMES.into()),
+        "duration" => Number(DURATION),
+        "shutter" => Kind::Any(vec![Number(Bounds::UNIT), array(Number(SHUTTER), 2)]),
+        "shutter_curve" => Kind::Any(vec![choice(&["box", "triangle"]), array(Number(Bounds::UNIT), 2)]),
+        "keyframes" => Kind::Any(vec![Name, Table(&keys::KEYFRAMES)]),
+        _ => return None,
+    })
+}
+
+fn keyframes(key: &str) -> Option<Kind> {
+    Some(match key {
+        "file" => Name,
+        "objects" => list(Name),
+        "times" => Kind::Array(Box::new(Number(TIME)), 1, usize::MAX),
+        "start" => Number(TIME),
+        "fps" => Number(ROWS),
+        "interpolation" => all(&Interpolation::ALL, Interpolation::name),
+        "relative" => Boolean,
+        _ => return None,
+    })
+}
+
+fn motion(key: &str) -> Option<Kind> {
+    let keyed = Table(&keys::KEYED);
+    Some(match key {
+        "translate" => Kind::Any(vec![point(), keyed]),
+        "rotate" => Kind::Any(vec![Table(&keys::ROTATE), keyed]),
+        "pivot" => point(),
+        _ => return None,
+    })
+}
+
+/// What stands in keys belongs to the key that has them; here it is any of those.
+fn keyed(key: &str) -> Option<Kind> {
+    Some(match key {
+        "keys" => {
+            let value =
+                Kind::Any(vec![Colour(Bounds::COORDINATE), array(Number(Bounds::COORDINATE), 4), Table(&keys::ROTATE)]);
+            Kind::Array(Box::new(Kind::Array(Box::new(value), 2, 2)), 1, usize::MAX)
+        }
+        "interpolation" => choice(&["linear", "slerp", "cubic", "step"]),
         _ => return None,
     })
 }

@@ -12,7 +12,7 @@ pub use kinds::{Kind, kind};
 use serde_json::{Map, Value, json};
 
 /// Keys that a table cannot be without, whatever its type.
-const REQUIRED: [(&str, &str); 18] = [
+const REQUIRED: &[(&str, &str)] = &[
     ("the scene file", "camera"),
     ("[camera]", "position"),
     ("film.filter", "type"),
@@ -24,6 +24,8 @@ const REQUIRED: [(&str, &str); 18] = [
     ("a stop", "color"),
     ("[materials.NAME]", "type"),
     ("emission", "radiance"),
+    ("keyframes", "file"),
+    ("a value with keys", "keys"),
     ("rotate", "axis"),
     ("rotate", "angle"),
     ("look_at", "position"),
