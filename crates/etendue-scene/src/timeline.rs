@@ -92,7 +92,7 @@ pub struct Timeline {
 
 impl Timeline {
     /// Joins a description with what was built of it; reads the keyframes that it names. Its objects are moved by their own keys and
-    /// by keyframes; see [`Self::set_track`] for others. Warnings are among the findings of [`Self::input`].
+    /// by keyframes; see [`Self::set_body_track`] for others. Warnings are among the findings of [`Self::input`].
     ///
     /// # Errors
     /// Keyframes that cannot be read or do not fit.
@@ -159,11 +159,20 @@ impl Timeline {
         }
     }
 
-    /// Lets a track move an object of the description; one that is still holds it where it is at all times.
-    pub fn set_track(&mut self, object: usize, track: PoseTrack) {
-        let (Some(mover), Some(placed)) = (self.movers.get_mut(object), self.placed.get(object)) else { return };
+    /// Lets a track move an object of the description; one that is always where the scene file puts the object leaves it at rest.
+    fn set_track(&mut self, object: usize, track: PoseTrack) {
         let is_identity = track.is_still() && track.poses.first().is_none_or(|pose| *pose == Pose::IDENTITY);
-        *mover = (!is_identity).then(|| Mover { track, placed: placed.clone() });
+        if !is_identity {
+            self.set_body_track(object, track);
+        }
+    }
+
+    /// Lets a track move an object of the description, by its index. The object counts as one that moves even where the track never
+    /// leaves its place: so what is rendered of a body does not depend on how long it was simulated.
+    pub fn set_body_track(&mut self, object: usize, track: PoseTrack) {
+        if let (Some(mover), Some(placed)) = (self.movers.get_mut(object), self.placed.get(object)) {
+            *mover = Some(Mover { track, placed: placed.clone() });
+        }
     }
 
     /// What moves an object of the description, if anything does.

@@ -1,5 +1,6 @@
 //! `etendue animate`: a scene that moves in, numbered pictures or a film out.
 
+mod bodies;
 mod film;
 mod pattern;
 mod stamp;
@@ -58,6 +59,8 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
         loaded.timeline.set_camera(camera);
     }
     let times = Clock::new(loaded.timeline.animation());
+    signals.start_work();
+    bodies::simulate(&mut loaded, needed(&loaded, &times, args.frames), &stop, args.render.quiet)?;
     let [first, last] = range(args.frames, loaded.timeline.frames(&times))?;
     check_cameras(&loaded, &times, [first, last])?;
     let mut seconds = Seconds { load: clock.elapsed().as_secs_f64(), ..Seconds::default() };
@@ -83,7 +86,6 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
     let pipe = targets.pipe(settings)?;
     let seed = job.settings.seed;
     let mut session = Session { args, loaded: &loaded, times, targets: &targets, stop: &stop, view, seed, pipe, seconds };
-    signals.start_work();
     let clock = Instant::now();
     let mut at = first;
     for frame in first..=last {
@@ -96,7 +98,8 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
     let Session { view, seconds, .. } = session;
     drop(view);
     if !whole {
-        report::say("interrupted: the same command with --resume goes on");
+        let how = if targets.can_resume() { "the same command with --resume goes on" } else { "nothing is kept" };
+        report::say(format!("interrupted: {how}"));
         return Ok(Exit::Interrupted);
     }
     if args.render.stats {
@@ -151,6 +154,14 @@ fn edit(description: &mut SceneDescription, args: &AnimateArgs) -> Result<(), Fa
             Some(KeyframesRecord { file, objects: None, times: None, interpolation: None, relative: None });
     }
     Ok(())
+}
+
+/// Up to when motion is needed, if the arguments or the scene say how many frames there are.
+fn needed(loaded: &Loaded, times: &Clock, asked: Option<FrameRange>) -> Option<f64> {
+    let length = loaded.timeline.animation().length.and_then(|_| loaded.timeline.frames(times));
+    let last = asked.and_then(|range| range.last).or(length.map(|frames| frames.max(1) - 1))?;
+    let moment = times.moment(last);
+    Some(moment.shutter[1].max(moment.time))
 }
 
 /// The first and the last frame.
