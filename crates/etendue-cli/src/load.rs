@@ -254,9 +254,8 @@ impl Loaded {
         let changes = self.timeline.changes(moment).map_err(|found| refused(&found, &self.sources))?;
         let nothing = Scene::build(SceneParts::default(), &job.accelerator);
         let scene = std::mem::replace(&mut job.scene, nothing.map_err(|error| Failure::new(Exit::BadInput, error))?);
-        job.scene = scene
-            .with_frame(changes, job.settings.threads)
-            .map_err(|error| Failure::new(Exit::BadInput, error))?;
+        job.scene =
+            scene.with_frame(changes, job.settings.threads).map_err(|error| Failure::new(Exit::BadInput, error))?;
         Ok(())
     }
 

@@ -8,7 +8,9 @@ use crate::{
     signals::Signals,
 };
 use etendue_motion::{Bake, Control, MotionError, Options, Progress, simulate, write_json};
-use etendue_scene::{Diagnostic, Diagnostics, Limits, Severity, SourceMap, build_with, import::counted, output::atomic};
+use etendue_scene::{
+    Diagnostic, Diagnostics, Limits, Severity, SourceMap, build_with, import::counted, output::atomic,
+};
 use serde::Serialize;
 use std::{
     io::BufWriter,
@@ -74,7 +76,8 @@ pub fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
     atomic::write(&args.output, |file| Ok(write_json(&bake, BufWriter::new(file))?))?;
     let summary = summary(args, &bake, seconds);
     if !args.quiet {
-        let (bodies, steps) = (counted(summary.bodies, "body").replace("bodys", "bodies"), counted(summary.steps, "step"));
+        let (bodies, steps) =
+            (counted(summary.bodies, "body").replace("bodys", "bodies"), counted(summary.steps, "step"));
         report::say(format!("{}: {bodies}, {steps}; {seconds:.2} s", summary.output));
     }
     if args.json {

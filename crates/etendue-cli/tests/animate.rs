@@ -255,7 +255,10 @@ fn cameras_are_checked_before_anything_is_rendered() {
     let folder = Folder::new();
     let camera = "position = { keys = [[0, [0, 0, 5]], [1, [0, 0, -5]]] }\nlook_at = [0, 0, 0]\n";
     folder.put("s.toml", format!("[camera]\n{camera}[animation]\nfps = 10\n"));
-    folder.run("animate s.toml -o f.%d.png").with_code(2).saying(&["in frame 5, at 0.5 s", "the camera's own position"]);
+    folder
+        .run("animate s.toml -o f.%d.png")
+        .with_code(2)
+        .saying(&["in frame 5, at 0.5 s", "the camera's own position"]);
     assert_eq!(files(&folder), [""; 0]);
 }
 
@@ -299,12 +302,8 @@ fn killed_runs_leave_nothing_broken() {
         names.filter(|path| path.extension().is_some_and(|e| e == "png")).collect()
     };
     for (wanted, signal) in [(1, "KILL"), (3, "INT"), (5, "KILL"), (7, "TERM"), (8, "KILL")] {
-        let mut child = folder
-            .command(&format!("{words} --resume"))
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut child =
+            folder.command(&format!("{words} --resume")).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         while pictures().len() < wanted && child.try_wait().unwrap().is_none() {
             thread::sleep(Duration::from_millis(2));
         }

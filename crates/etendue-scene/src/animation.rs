@@ -347,7 +347,10 @@ mod tests {
             assert!((moved - pivot - shift.at(time)).length() < 1e-12, "{time}");
         }
         assert_eq!(track.at(2.0).rotation, DQuat::IDENTITY, "what comes round comes back");
-        let endless = Curve { keys: (0..1000).map(|i| (f64::from(i), f64::from(i % 2) * 1e6)).collect(), blend: Default::default() };
+        let endless = Curve {
+            keys: (0..1000).map(|i| (f64::from(i), f64::from(i % 2) * 1e6)).collect(),
+            blend: Default::default(),
+        };
         assert!(motion(Curve::constant(DVec3::ZERO), endless).track(pivot).is_none());
     }
 }

@@ -11,10 +11,10 @@ use crate::{
 };
 use etendue::{
     camera::{CameraMotion, CameraSettings},
+    material::Material,
     math::{DAffine3, DVec3},
     motion::Pose,
     scene::{DeltaLight, Environment, FrameChanges, SceneParts},
-    material::Material,
 };
 use std::path::PathBuf;
 

@@ -10,8 +10,9 @@ use etendue::{
 use etendue_scene::{
     Diagnostics, Limits, SourceMap,
     animation::{FrameRate, LengthRecord},
-    build, read_scene, read_toml,
+    build,
     read::Part,
+    read_scene, read_toml,
     timeline::{Clock, Moment, Timeline},
 };
 use std::{f64::consts::FRAC_PI_2, fs, path::Path};
@@ -72,7 +73,9 @@ fn values_with_keys() {
     let camera = scene.camera(1.5).unwrap();
     assert_eq!(camera.position, DVec3::new(3.0, 0.0, 5.0));
     assert_eq!(scene.input().camera, scene.camera(1.0).unwrap(), "what is built is of the start");
-    assert!(matches!(camera.projection, etendue::camera::Projection::Perspective { fov, .. } if (fov - 30f64.to_radians()).abs() < 1e-12));
+    assert!(
+        matches!(camera.projection, etendue::camera::Projection::Perspective { fov, .. } if (fov - 30f64.to_radians()).abs() < 1e-12)
+    );
     let parts = |time| scene.parts(Moment::at(time)).unwrap();
     let reflectance = |time| match &parts(time).materials[0].scattering {
         etendue::material::Scattering::Diffuse { reflectance, .. } => reflectance.factor,
@@ -124,7 +127,10 @@ fn animations() {
     assert!((moment.time - (2.0 + 10.0 * interval)).abs() < 1e-12);
     assert!((moment.shutter[1] - moment.time - 0.25 * interval).abs() < 1e-12);
     assert_eq!(scene.frames(&clock), Some(180));
-    assert_eq!(timeline(&format!("{CAMERA}animation = {{ frames = 7, shutter = 0.5 }}")).animation().shutter, [0.0, 0.5]);
+    assert_eq!(
+        timeline(&format!("{CAMERA}animation = {{ frames = 7, shutter = 0.5 }}")).animation().shutter,
+        [0.0, 0.5]
+    );
 }
 
 #[test]
@@ -143,7 +149,10 @@ fn mistakes_have_their_places() {
         ("objects = [{ shape = \"sphere\", radius = { keys = [[0, 1]] } }]", "`radius` cannot change over time"),
         ("film.exposure = { keys = [[0, 1]] }", "`exposure` cannot change over time"),
         ("objects = [{ shape = \"sphere\", motion = {} }]", "motion needs `translate` or `rotate`"),
-        ("objects = [{ shape = \"sphere\", motion = { rotate = { keys = [[0, [0, 0, 0, 2]]] } } }]", "no unit quaternion"),
+        (
+            "objects = [{ shape = \"sphere\", motion = { rotate = { keys = [[0, [0, 0, 0, 2]]] } } }]",
+            "no unit quaternion",
+        ),
         (
             "objects = [{ shape = \"sphere\", motion = { translate = { keys = [[0, [1, 2, 3]]], interpolation = \"step\" } } }]",
             "does not jump",
@@ -273,11 +282,20 @@ fn keyframes_that_do_not_fit() {
     let json = |text: &str| ("m.json", text.as_bytes().to_vec());
     let good = motion_json("[0, 1]", "ball", two, STILL);
     for (file, part) in [
-        (json(&motion_json("[1, 1]", "ball", two, STILL)), "m.json:2:21: error: times must be ascending, but 1 follows 1"),
+        (
+            json(&motion_json("[1, 1]", "ball", two, STILL)),
+            "m.json:2:21: error: times must be ascending, but 1 follows 1",
+        ),
         (json(&motion_json("[]", "ball", two, STILL)), "there are no times"),
-        (json(&motion_json("[0, 1, 2]", "ball", two, STILL)), "m.json:3:30: error: `ball` has 2 positions, but there are 3 times"),
+        (
+            json(&motion_json("[0, 1, 2]", "ball", two, STILL)),
+            "m.json:3:30: error: `ball` has 2 positions, but there are 3 times",
+        ),
         (json(&motion_json("[0, 1]", "ball", two, "[[0,0,0,1]]")), "`ball` has 1 rotations"),
-        (json(&motion_json("[0, 1]", "ball", two, "[[0,0,0,1],[0,0,0,0]]")), "m.json:3:104: error: a rotation is a unit quaternion"),
+        (
+            json(&motion_json("[0, 1]", "ball", two, "[[0,0,0,1],[0,0,0,0]]")),
+            "m.json:3:104: error: a rotation is a unit quaternion",
+        ),
         (json(&motion_json("[0, 1]", "ball", "[[0,0,0],[1e999,0,0]]", STILL)), "m.json:3"),
         (json(&motion_json("[0, 1]", "ball", "[[0,0,0],[NaN,0,0]]", STILL)), "m.json:3"),
         (json(&motion_json("[0, 1]", "ball", "[[0,0,0],[1e300,0,0]]", STILL)), "too far away"),
@@ -307,7 +325,8 @@ fn keyframes_that_do_not_fit() {
         let error = folder.timeline(&text).unwrap_err();
         assert!(error.contains(part), "{part}\n{error}");
     }
-    let moved = TWO.replacen("shape", "motion = { translate = { keys = [[0, [0, 0, 0]], [1, [1, 0, 0]]] } }\n    shape", 1);
+    let moved =
+        TWO.replacen("shape", "motion = { translate = { keys = [[0, [0, 0, 0]], [1, [1, 0, 0]]] } }\n    shape", 1);
     let error = folder.timeline(&format!("{CAMERA}animation = {{ keyframes = \"m.json\" }}\n{moved}")).unwrap_err();
     assert!(error.contains("has a `motion` of its own"), "{error}");
 }

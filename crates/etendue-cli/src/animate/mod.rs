@@ -60,7 +60,8 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
     }
     let times = Clock::new(loaded.timeline.animation());
     signals.start_work();
-    bodies::simulate(&mut loaded, needed(&loaded, &times, args.frames), &stop, args.render.quiet)?;
+    let until = needed(&loaded, &times, args.frames);
+    bodies::simulate(&mut loaded, until, &stop, args.render.quiet)?;
     let [first, last] = range(args.frames, loaded.timeline.frames(&times))?;
     check_cameras(&loaded, &times, [first, last])?;
     let mut seconds = Seconds { load: clock.elapsed().as_secs_f64(), ..Seconds::default() };
@@ -85,7 +86,8 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
     let view = FilmView::new(settings.frames, samples, args.render.quiet);
     let pipe = targets.pipe(settings)?;
     let seed = job.settings.seed;
-    let mut session = Session { args, loaded: &loaded, times, targets: &targets, stop: &stop, view, seed, pipe, seconds };
+    let mut session =
+        Session { args, loaded: &loaded, times, targets: &targets, stop: &stop, view, seed, pipe, seconds };
     let clock = Instant::now();
     let mut at = first;
     for frame in first..=last {
@@ -123,7 +125,8 @@ fn plan(args: &AnimateArgs) -> Result<Targets, Failure> {
         return Err(failure.hint("write the film to a file"));
     }
     if args.turntable.is_some() && !model::is_model(&args.render.input) {
-        let message = format!("--turntable is for models without a scene file, but {} is one", args.render.input.display());
+        let message =
+            format!("--turntable is for models without a scene file, but {} is one", args.render.input.display());
         let hint = "give the object a `motion`, or the camera a `position` with keys, in the scene file";
         return Err(Failure::new(Exit::Usage, message).hint(hint));
     }
@@ -132,7 +135,8 @@ fn plan(args: &AnimateArgs) -> Result<Targets, Failure> {
 
 /// As the encoder has it.
 fn rate_of(fps: FrameRate) -> Result<etendue_video::FrameRate, Failure> {
-    etendue_video::FrameRate::new(fps.numerator.into(), fps.denominator.into()).map_err(|error| film::failure_of(&error))
+    etendue_video::FrameRate::new(fps.numerator.into(), fps.denominator.into())
+        .map_err(|error| film::failure_of(&error))
 }
 
 /// What the command line says of time replaces what the file says.
@@ -354,7 +358,8 @@ impl Session<'_> {
         let encode = job.display.encoder();
         let files = self.targets.files(frame);
         let size = [image.width, image.height];
-        let opaque = (self.pipe.is_some() || files.iter().any(|file| file.is_of_film)).then(|| rgb8(image, job.display));
+        let opaque =
+            (self.pipe.is_some() || files.iter().any(|file| file.is_of_film)).then(|| rgb8(image, job.display));
         for FrameFile { path, format, is_of_film } in &files {
             match &opaque {
                 Some(rgb) if *is_of_film => {

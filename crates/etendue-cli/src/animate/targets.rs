@@ -122,9 +122,7 @@ impl Targets {
             Target::Pictures { pattern, format } => {
                 Some(FrameFile { path: pattern.name(frame), format: *format, is_of_film: false })
             }
-            Target::Film(film) => {
-                Some(FrameFile { path: film.frame(frame), format: Format::Png, is_of_film: true })
-            }
+            Target::Film(film) => Some(FrameFile { path: film.frame(frame), format: Format::Png, is_of_film: true }),
             Target::Pipe => None,
         };
         self.all.iter().filter_map(file).collect()
