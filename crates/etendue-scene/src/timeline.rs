@@ -211,13 +211,18 @@ impl Timeline {
             Some(LengthRecord::Frames(frames)) => Some(frames),
             Some(LengthRecord::Duration(duration)) => Some((libm::round(up_to(duration)?) as u32).max(1)),
             None => {
-                let tracks = self.movers.iter().flatten().filter_map(|mover| mover.track.times.last());
-                let keys = Part::ALL.into_iter().filter_map(|part| self.varying.times(part).last());
-                let last = tracks.chain(keys).copied().fold(f64::NEG_INFINITY, f64::max);
+                let last = self.last_key()?;
                 // A frame on the last key counts, whatever rounding does to it.
                 (last > clock.start).then(|| up_to(last - clock.start).map(|frames| (frames + 1e-6) as u32 + 1))?
             }
         }
+    }
+
+    /// The time of the last key of anything, seconds; `None` if nothing has keys.
+    pub fn last_key(&self) -> Option<f64> {
+        let tracks = self.movers.iter().flatten().filter_map(|mover| mover.track.times.last());
+        let keys = Part::ALL.into_iter().filter_map(|part| self.varying.times(part).last());
+        tracks.chain(keys).copied().reduce(f64::max)
     }
 
     /// Where an object is placed: its transform and the middle of the bounding box that it has in its own axes.

@@ -63,7 +63,7 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
     let until = needed(&loaded, &times, args.frames);
     bodies::simulate(&mut loaded, until, &stop, args.render.quiet)?;
     let [first, last] = range(args.frames, loaded.timeline.frames(&times))?;
-    check_cameras(&loaded, &times, [first, last])?;
+    check_cameras(&loaded, &times, [first, last], &stop)?;
     let mut seconds = Seconds { load: clock.elapsed().as_secs_f64(), ..Seconds::default() };
     let clock = Instant::now();
     let mut job = loaded.build_at(times.moment(first), &args.render)?;
@@ -188,18 +188,23 @@ fn range(asked: Option<FrameRange>, whole: Option<u32>) -> Result<[u32; 2], Fail
     }
 }
 
-/// Finds out before anything is rendered whether the camera has a sense in all frames.
-fn check_cameras(loaded: &Loaded, times: &Clock, [first, last]: [u32; 2]) -> Result<(), Failure> {
-    if !loaded.timeline.camera_changes() {
+/// Finds out before anything is rendered whether the camera has a sense in all frames; after the last key of anything it rests.
+fn check_cameras(loaded: &Loaded, times: &Clock, [first, last]: [u32; 2], stop: &Stop) -> Result<(), Failure> {
+    let timeline = &loaded.timeline;
+    if !timeline.camera_changes() {
         return Ok(());
     }
+    let end = timeline.last_key().unwrap_or(times.start);
     for frame in first..=last {
         let moment = times.moment(frame);
-        let looked = loaded.timeline.camera(moment.shutter[0]).and_then(|_| loaded.timeline.camera_motion(moment));
+        let looked = timeline.camera(moment.shutter[0]).and_then(|_| timeline.camera_motion(moment));
         looked.map_err(|found| {
             report::say(format!("in frame {frame}, at {} s:", moment.time));
             load::refused(&found, &loaded.sources)
         })?;
+        if stop.is_stopped() || moment.shutter[0] > end {
+            break;
+        }
     }
     Ok(())
 }
