@@ -323,3 +323,75 @@ fn killed_runs_leave_nothing_broken() {
     assert_eq!(fs::read(folder.path("film.gif")).unwrap(), fs::read(folder.path("whole.gif")).unwrap());
     assert!(!dir.exists());
 }
+
+/// Boxes that all turn and shift, each in its own way, over a floor.
+fn many_boxes(count: u32, size: [u32; 2], spp: u32, frames: u32) -> String {
+    let [width, height] = size;
+    let mut scene = format!(
+        "[camera]\nposition = [0, 6, 12]\nlook_at = [0, 1, 0]\n[film]\nsize = [{width}, {height}]\n[sampler]\nspp = {spp}\n\
+         [environment]\nradiance = 1\n[animation]\nframes = {frames}\nshutter = 0.5\n\
+         [[objects]]\nshape = \"rectangle\"\nsize = [40, 40]\ntransform = [{{ rotate = {{ axis = \"x\", angle = -90 }} }}]\n"
+    );
+    for i in 0..count {
+        let (x, z) = (f64::from(i % 20) * 0.6 - 6.0, f64::from(i / 20) * 0.6 - 3.0);
+        scene += &format!(
+            "[[objects]]\nshape = \"box\"\nsize = 0.4\ntransform = [{{ translate = [{x}, 0.5, {z}] }}]\n\
+             motion = {{ rotate = {{ axis = [1, {}, 0.5], angle = {{ keys = [[0, 0], [40, 9000]] }} }}, \
+             translate = {{ keys = [[0, [0, 0, 0]], [40, [0, {}, 0]]] }} }}\n",
+            i % 7,
+            1 + i % 5
+        );
+    }
+    scene
+}
+
+/// True if long runs are asked for.
+fn proves() -> bool {
+    std::env::var_os("ETENDUE_PROVE").is_some()
+}
+
+/// Reading the scene and bringing it from frame to frame is little beside rendering.
+#[test]
+fn rebuilding_takes_little_time() {
+    let folder = Folder::new();
+    // A twentieth at the size that matters; of a small picture the share is larger.
+    let (size, spp, frames, most) = if proves() { ([640, 360], 32, 100, 0.05) } else { ([160, 90], 8, 6, 0.25) };
+    folder.put("many.toml", many_boxes(200, size, spp, frames));
+    let ended = folder.run("animate many.toml -o f.%d.png --stats").with_code(0);
+    let seconds = |name: &str| -> f64 {
+        let line = ended.stderr.lines().find(|line| line.starts_with(name)).unwrap();
+        line.split_whitespace().nth(1).unwrap().parse().unwrap()
+    };
+    let (work, render) = (seconds("load") + seconds("rebuild"), seconds("render"));
+    assert!(work < most * (work + render), "{work} s beside {render} s");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_does_not_grow_from_frame_to_frame() {
+    use std::io::{BufRead, BufReader};
+    let (frames, settled) = if proves() { (1000, 100) } else { (160, 60) };
+    let folder = Folder::new();
+    folder.put("many.toml", many_boxes(200, [16, 9], 1, frames));
+    let mut child =
+        folder.command("animate many.toml -o f.%d.png --json --quiet").stdout(Stdio::piped()).spawn().unwrap();
+    let status = format!("/proc/{}/status", child.id());
+    let kibibytes = || -> f64 {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap_or("0 kB");
+        line.trim().trim_end_matches(" kB").parse().unwrap()
+    };
+    let (mut early, mut late, mut count) = (0.0, 0.0, 0);
+    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+        let _: Value = serde_json::from_str(&line.unwrap()).unwrap();
+        match count {
+            n if n == settled => early = kibibytes(),
+            // The program may be gone after the last ones.
+            n if n + 10 < frames && n > settled => late = kibibytes(),
+            _ => {}
+        }
+        count += 1;
+    }
+    assert!(child.wait().unwrap().success() && count == frames && late > 0.0);
+    assert!(late - early < f64::max(0.01 * early, 2048.0), "{early} kB, then {late} kB");
+}
