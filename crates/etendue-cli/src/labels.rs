@@ -89,17 +89,12 @@ impl LabelWriter {
         stamp: &str,
         stem: &Path,
     ) -> Result<Vec<PathBuf>, Failure> {
-        let to = |job: &mut Job, time: f64| {
-            loaded.advance(job, Moment::at(time))?;
-            job.camera = loaded.camera_at(time)?;
-            Ok(())
-        };
-        to(job, times.time(frame))?;
+        go_to(times.time(frame), loaded, job)?;
         let mut labels = self.look(job)?;
         if self.labeller.wants(Label::Flow) {
             for way in Way::ALL {
                 let step = if way == Way::Forward { 1.0 } else { -1.0 };
-                to(job, times.start + (f64::from(frame) + step) * times.interval)?;
+                go_to(times.start + (f64::from(frame) + step) * times.interval, loaded, job)?;
                 let other = labels::Moment { scene: &job.scene, camera: &job.camera };
                 self.labeller.follow(&mut labels, way, &other).map_err(failure_of)?;
             }
@@ -148,6 +143,13 @@ impl LabelWriter {
         let metadata = metadata(labels, job);
         Ok(write_labels(stem, self.wanted.format, labels, &about, &metadata)?)
     }
+}
+
+/// Brings a job to a scene time in seconds.
+fn go_to(time: f64, loaded: &Loaded, job: &mut Job) -> Result<(), Failure> {
+    loaded.advance(job, Moment::at(time))?;
+    job.camera = loaded.camera_at(time)?;
+    Ok(())
 }
 
 /// What the files say about themselves.
