@@ -11,6 +11,7 @@ mod view;
 use crate::{
     args::{AnimateArgs, FrameRange},
     exit::{Exit, Failure},
+    labels::{LabelWriter, Wanted},
     load::{self, Job, Loaded},
     model,
     progress::TICK,
@@ -81,13 +82,17 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
         quality: args.quality,
     };
     targets.prepare(settings)?;
+    let labels = Wanted::of_frames(&args.render.labels).map(|wanted| LabelWriter::new(&job, wanted)).transpose()?;
+    if labels.is_some() {
+        targets.prepare_labels(first)?;
+    }
 
     let samples = area.pixels() as u64 * u64::from(job.settings.spp);
     let view = FilmView::new(settings.frames, samples, args.render.quiet);
     let pipe = targets.pipe(settings)?;
     let seed = job.settings.seed;
-    let mut session =
-        Session { args, loaded: &loaded, times, targets: &targets, stop: &stop, view, seed, pipe, seconds };
+    let (loaded, targets, stop) = (&loaded, &targets, &*stop);
+    let mut session = Session { args, loaded, times, targets, stop, view, seed, labels, pipe, seconds };
     let clock = Instant::now();
     let mut at = first;
     for frame in first..=last {
@@ -245,6 +250,7 @@ impl Stop {
 struct Seconds {
     load: f64,
     build: f64,
+    labels: f64,
     render: f64,
     write: f64,
 }
@@ -255,6 +261,7 @@ impl Seconds {
             ("frames", frames.to_string()),
             ("load", format!("{:.3} s", self.load)),
             ("rebuild", format!("{:.3} s", self.build)),
+            ("labels", format!("{:.3} s", self.labels)),
             ("render", format!("{:.3} s", self.render)),
             ("write", format!("{:.3} s", self.write)),
         ];
@@ -270,6 +277,9 @@ struct Frame {
     time: f64,
     film_hash: String,
     outputs: Vec<String>,
+    /// Files of labels.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    labels: Vec<String>,
     /// True if it was there before.
     resumed: bool,
 }
@@ -284,6 +294,7 @@ struct Session<'a> {
     view: FilmView,
     /// Of the whole film.
     seed: u64,
+    labels: Option<LabelWriter>,
     /// To standard output.
     pipe: Option<Encoder<'static>>,
     seconds: Seconds,
@@ -304,10 +315,12 @@ impl Session<'_> {
         let stamp = stamp::stamp(job, self.loaded.timeline.animation(), moment);
         if self.args.resume
             && let Some(film_hash) = stamp::finished(&self.targets.files(frame), &stamp)
+            && self.has_labels(frame, &stamp)
         {
             self.view.finish_frame();
-            return Ok(Some(Frame { frame, time, film_hash, outputs, resumed: true }));
+            return Ok(Some(Frame { frame, time, film_hash, outputs, labels: Vec::new(), resumed: true }));
         }
+        let labels = self.label(job, at, frame, &stamp)?;
         if *at != frame {
             self.loaded.advance(job, moment)?;
             *at = frame;
@@ -335,7 +348,26 @@ impl Session<'_> {
             .with(stamp::STAMP, &stamp);
         self.write(job, &image, frame, &metadata)?;
         self.seconds.write += clock.elapsed().as_secs_f64();
-        Ok(Some(Frame { frame, time, film_hash, outputs, resumed: false }))
+        Ok(Some(Frame { frame, time, film_hash, outputs, labels, resumed: false }))
+    }
+
+    /// True unless labels are to be written that are not there.
+    fn has_labels(&self, frame: u32, stamp: &str) -> bool {
+        let (Some(writer), Some(stem)) = (&self.labels, self.targets.labels(frame)) else { return true };
+        writer.is_done(&stem, stamp)
+    }
+
+    /// Writes the labels of a frame, if any are asked for, and leaves the job at another moment then. Returns their files.
+    fn label(&mut self, job: &mut Job, at: &mut u32, frame: u32, stamp: &str) -> Result<Vec<String>, Failure> {
+        let (Some(writer), Some(stem)) = (&mut self.labels, self.targets.labels(frame)) else { return Ok(Vec::new()) };
+        let clock = Instant::now();
+        let files = writer.frame((self.loaded, job), &self.times, frame, stamp, &stem)?;
+        let moment = self.times.moment(frame);
+        self.loaded.advance(job, moment)?;
+        self.loaded.aim(job, moment)?;
+        *at = frame;
+        self.seconds.labels += clock.elapsed().as_secs_f64();
+        Ok(files.iter().map(|file| file.display().to_string()).collect())
     }
 
     /// Renders on other threads while this one shows progress.
