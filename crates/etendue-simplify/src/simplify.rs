@@ -3,11 +3,14 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use etendue_accel::TriangleMesh;
+
 use crate::bounded::bounded;
 use crate::engine::{Work, reduce};
 use crate::metric::Metric;
 use crate::polish::polish;
 use crate::prepare::{prepare, validate};
+use crate::surface::search;
 use crate::vertex::Kind;
 use crate::{Mesh, MeshRef, Options, Placement, Progress, Report, Simplified, SimplifyError, Stage, Target};
 
@@ -72,11 +75,13 @@ pub(crate) fn reduced(
     tell(progress, Stage::Collapse, 0.0)?;
     let outcome = reduce(&mut work, &metric, faces, progress)?;
     let unit = work.unit;
-    let (mut simplified, kinds) = assemble(work);
     let collapse_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    if options.polish && !options.fast {
-        polish(mesh, &mut simplified, &kinds, progress)?;
+    // Where nothing was collapsed, all is in its place.
+    let stand_in = work.stand_in.take().filter(|_| outcome.collapses > 0);
+    let (mut simplified, kinds) = assemble(work);
+    if let Some(stand_in) = stand_in {
+        polish(mesh, &search(&borrowed(&stand_in))?, &mut simplified, &kinds, progress)?;
     }
     let polish_seconds = start.elapsed().as_secs_f64();
     let report = Report {
@@ -127,9 +132,13 @@ fn check(options: &Options) -> Result<(), SimplifyError> {
     Ok(())
 }
 
+fn borrowed(mesh: &TriangleMesh) -> MeshRef<'_> {
+    let (positions, faces) = (&*mesh.positions, &*mesh.indices);
+    MeshRef { positions, faces, normals: None, uvs: None, colors: None, materials: None }
+}
+
 /// The mesh, and where its vertices may go.
 fn assemble(mut work: Work) -> (Mesh, Vec<Kind>) {
-    let place = |v: u32| work.vertices[v as usize].position.map(|x| (f64::from(x) * work.unit) as f32);
     let mut mesh = Mesh { materials: work.faces.materials.take(), ..Mesh::default() };
     let corners = work.faces.wedges.as_ref().unwrap_or(&work.faces.corners);
     let mut new_index = vec![u32::MAX; work.wedges.as_ref().map_or(work.vertices.len(), |wedges| wedges.list.len())];
@@ -142,7 +151,7 @@ fn assemble(mut work: Work) -> (Mesh, Vec<Kind>) {
         used.push(i);
     }
     let owner = |i: usize| work.wedges.as_ref().map_or(i as u32, |wedges| wedges.list[i].owner);
-    mesh.positions = used.iter().map(|&i| place(owner(i))).collect();
+    mesh.positions = used.iter().map(|&i| work.place(owner(i))).collect();
     mesh.faces = corners.iter().map(|face| face.map(|v| new_index[v as usize])).collect();
     let kinds = used.iter().map(|&i| work.vertices[owner(i) as usize].kind).collect();
     if let Some(wedges) = &work.wedges {
