@@ -4,10 +4,12 @@
 
 mod bench;
 mod disk;
+mod films;
 mod gallery;
 mod hygiene;
 mod prove;
 mod test;
+mod venv;
 
 use std::{
     path::PathBuf,
@@ -19,6 +21,8 @@ The project's own chores.
 
   cargo xtask test          formatting, lints, every test, documentation, and rules on files; what CI runs.
                             Stops at the first failure; the last line is `N passed, N failed`.
+  cargo xtask films         the tests among these that look at films with FFmpeg, which is fetched from PyPI once;
+                            ETENDUE_FFMPEG names another
   cargo xtask prove NAME    one statistical or adversarial test at full size, optimised; minutes, not seconds
   cargo xtask prove         lists the names
   cargo xtask prove all     all of them
@@ -31,6 +35,7 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let ok = match args[..] {
         ["test"] => test::run(),
+        ["films"] => films::test(&mut test::Counts::default()),
         ["gallery", ref rest @ ..] => gallery::run(rest),
         ["bench", ref rest @ ..] => bench::run(rest),
         ["prove"] => prove::list(),

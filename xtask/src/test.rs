@@ -1,6 +1,6 @@
 //! `cargo xtask test`.
 
-use crate::{cargo, hygiene};
+use crate::{cargo, films, hygiene};
 use std::{
     io::{BufRead, BufReader, Write},
     process::{Command, Stdio},
@@ -18,6 +18,7 @@ pub fn run() -> bool {
         && step("formatting", || succeeds(&mut cargo(&["fmt", "--all", "--check"])))
         && step("lints", || succeeds(&mut cargo(&clippy)))
         && step("tests", || counts.run(&mut cargo(&["test", "--locked", "--workspace"])))
+        && step("films by FFmpeg", || films::test(&mut counts))
         && step("documentation", || succeeds(&mut doc));
     println!("{} in {:.0} s", if ok { "all is well" } else { "stopped" }, start.elapsed().as_secs_f64());
     println!("{} passed, {} failed", counts.passed, counts.failed);
@@ -32,20 +33,20 @@ fn step(name: &str, run: impl FnOnce() -> bool) -> bool {
     ok
 }
 
-fn succeeds(command: &mut Command) -> bool {
+pub fn succeeds(command: &mut Command) -> bool {
     command.status().inspect_err(|e| eprintln!("cannot run {command:?}: {e}")).is_ok_and(|status| status.success())
 }
 
 /// Tests passed and failed, summed over test programs.
 #[derive(Debug, Default, PartialEq, Eq)]
-struct Counts {
+pub struct Counts {
     passed: u64,
     failed: u64,
 }
 
 impl Counts {
     /// Runs `cargo test`, shows what it prints and adds up its summaries.
-    fn run(&mut self, command: &mut Command) -> bool {
+    pub fn run(&mut self, command: &mut Command) -> bool {
         let mut child = match command.stdout(Stdio::piped()).spawn() {
             Ok(child) => child,
             Err(e) => {

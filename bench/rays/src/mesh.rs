@@ -1,6 +1,6 @@
 //! What is traced: a mesh from a PLY file, and a generated one of any number of faces.
 
-use etendue_accel::{Geometry, Instance, TriangleMesh, World};
+use etendue_accel::{Geometry, Instance, Place, TriangleMesh, World};
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ impl Mesh {
         let mesh = TriangleMesh { positions: self.positions.clone(), indices: self.indices.clone() };
         World {
             geometries: vec![Geometry::Triangles(mesh)],
-            instances: vec![Instance { geometry: 0, transform: None, mask: u32::MAX }],
+            instances: vec![Instance { geometry: 0, place: Place::World, mask: u32::MAX }],
         }
     }
 

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use etendue_accel::{
-    Accelerator, AcceleratorKind, Geometry, Hit, Instance, Isa, PrimitiveId, Ray, TriangleMesh, World,
+    Accelerator, AcceleratorKind, Geometry, Hit, Instance, Isa, Place, PrimitiveId, Ray, TriangleMesh, World,
 };
 
 /// Rays are handed over in slices of this length, like a wave of paths.
@@ -25,7 +25,7 @@ fn main() {
     let rays = arguments.next().unwrap_or(200_000);
     let world = World {
         geometries: vec![Geometry::Triangles(bumpy_ball(triangles))],
-        instances: vec![Instance { geometry: 0, transform: None, mask: u32::MAX }],
+        instances: vec![Instance { geometry: 0, place: Place::World, mask: u32::MAX }],
     };
     let mut competitors = Vec::new();
     for kind in AcceleratorKind::ALL {

@@ -10,8 +10,8 @@
 use std::time::Instant;
 
 use etendue_accel::{
-    Accelerator, AcceleratorKind, Geometry, Hit, Instance, Isa, KdTreeSplit, PrimitiveId, Ray, Transform, TriangleMesh,
-    World,
+    Accelerator, AcceleratorKind, Geometry, Hit, Instance, Isa, KdTreeSplit, Place, PrimitiveId, Ray, Transform,
+    TriangleMesh, World,
 };
 
 /// Rays are handed over in slices of this length, like a wave of paths.
@@ -38,12 +38,13 @@ fn compare(kind: &str, mesh: &TriangleMesh, rounds: usize) {
     if std::env::args().nth(2).is_some_and(|only| !name.contains(&only)) {
         return;
     }
-    let plain = World { geometries: vec![Geometry::Triangles(mesh.clone())], instances: vec![instance(0, None)] };
+    let plain =
+        World { geometries: vec![Geometry::Triangles(mesh.clone())], instances: vec![instance(0, Place::World)] };
     // Nothing, but placed by a transform: this keeps the tree.
     let mut placed = plain.clone();
     let nothing = TriangleMesh { positions: [[0.0; 3]].into(), indices: [].into() };
     placed.geometries.push(Geometry::Triangles(nothing));
-    placed.instances.push(instance(1, Some(Transform::IDENTITY)));
+    placed.instances.push(instance(1, Place::Fixed(Transform::IDENTITY)));
     let mut contestants = Vec::new();
     let kd_tree = AcceleratorKind::KdTree(KdTreeSplit::SurfaceArea);
     for (label, world, kind, isas) in [
@@ -70,8 +71,8 @@ fn compare(kind: &str, mesh: &TriangleMesh, rounds: usize) {
     }
 }
 
-fn instance(geometry: u32, transform: Option<Transform>) -> Instance {
-    Instance { geometry, transform, mask: u32::MAX }
+fn instance(geometry: u32, place: Place) -> Instance {
+    Instance { geometry, place, mask: u32::MAX }
 }
 
 fn closest(accelerator: &Accelerator, rays: &[Ray]) -> f64 {

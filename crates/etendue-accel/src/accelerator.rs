@@ -8,7 +8,7 @@ use crate::brute;
 use crate::bvh::{self, Bvh};
 use crate::error::BuildError;
 use crate::flat::{self, Flat};
-use crate::geometry::{Transform, World};
+use crate::geometry::{Place, World};
 use crate::isa::{Isa, Kernel, dispatch, run};
 use crate::items;
 use crate::kd::{self, KdTree};
@@ -119,25 +119,25 @@ impl Accelerator {
         Ok(Self { world: world.clone(), structure, bounds, kind, isa })
     }
 
-    /// The same world with other transforms, one for each instance: rays find what they would find in a fresh build.
+    /// The same world with other places, one for each instance: rays find what they would find in a fresh build.
     /// The structures of geometries are kept. In the BVH the tree over the world gets new boxes, or is built anew if it is
-    /// small or its boxes have grown too large; the kd-tree's is always built anew. Where an instance gets a transform and
-    /// had none, or the reverse, everything is built anew. A failed call loses the accelerator.
-    pub fn with_transforms(mut self, transforms: &[Option<Transform>], threads: usize) -> Result<Self, BuildError> {
+    /// small or its boxes have grown too large; the kd-tree's is always built anew. Where an instance comes to be
+    /// transformed that was not, or the reverse, everything is built anew. A failed call loses the accelerator.
+    pub fn with_places(mut self, places: Vec<Place>, threads: usize) -> Result<Self, BuildError> {
         let instances = &mut self.world.instances;
-        if transforms.len() != instances.len() {
-            return Err(BuildError::Transforms { transforms: transforms.len(), instances: instances.len() });
+        if places.len() != instances.len() {
+            return Err(BuildError::Places { places: places.len(), instances: instances.len() });
         }
         let mut as_before = true;
-        for (instance, &transform) in instances.iter_mut().zip(transforms) {
-            as_before &= instance.transform.is_some() == transform.is_some();
-            instance.transform = transform;
+        for (instance, place) in instances.iter_mut().zip(places) {
+            as_before &= instance.place.is_transformed() == place.is_transformed();
+            instance.place = place;
         }
         let Self { world, structure, kind, isa, .. } = &mut self;
         if !as_before {
             return Self::build(world, *kind, *isa, threads);
         }
-        items::check_transforms(world)?;
+        items::check_places(world)?;
         self.bounds = match structure {
             Structure::Brute => items::world_bounds(world)?,
             Structure::KdTree(tree) => {

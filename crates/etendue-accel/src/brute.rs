@@ -12,13 +12,7 @@ pub(crate) fn search<const ANY: bool>(world: &World, ray: &Ray) -> Option<Search
         if instance.mask & search.mask == 0 {
             continue;
         }
-        let local = match &instance.transform {
-            None => ray_in_world,
-            Some(transform) => match ray_in_world.in_object(transform) {
-                Some(local) => local,
-                None => continue,
-            },
-        };
+        let Some(local) = ray_in_world.inside(&instance.place, search.time) else { continue };
         let id = |primitive: usize| PrimitiveId { instance: index as u32, primitive: primitive as u32 };
         match &world.geometries[instance.geometry as usize] {
             Geometry::Triangles(mesh) => {

@@ -57,11 +57,11 @@ pub enum BuildError {
         /// What is wrong.
         reason: &'static str,
     },
-    /// As many transforms as instances are wanted.
-    #[error("{transforms} transforms for {instances} instances")]
-    Transforms {
-        /// How many transforms there are.
-        transforms: usize,
+    /// As many places as instances are wanted.
+    #[error("{places} places for {instances} instances")]
+    Places {
+        /// How many places there are.
+        places: usize,
         /// How many instances there are.
         instances: usize,
     },

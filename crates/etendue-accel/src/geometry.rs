@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::motion::Motion;
+
 /// An indexed triangle mesh in its own space.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
@@ -39,13 +41,43 @@ pub struct Transform {
     pub to_object: [[f32; 4]; 3],
 }
 
+/// Where an instance is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Place {
+    /// As the geometry says: such instances share one flat structure and cost nothing to enter.
+    #[default]
+    World,
+    /// Always the same.
+    Fixed(Transform),
+    /// At a ray's time.
+    Moving(Arc<Motion>),
+}
+
+impl Place {
+    /// True unless the geometry is in the world's space.
+    #[inline(always)]
+    pub fn is_transformed(&self) -> bool {
+        !matches!(self, Self::World)
+    }
+
+    /// The map to the world at a shutter time; `None` for [`Self::World`].
+    #[inline(always)]
+    pub fn at(&self, time: f32) -> Option<Transform> {
+        match self {
+            Self::World => None,
+            Self::Fixed(transform) => Some(*transform),
+            Self::Moving(motion) => Some(motion.at(time)),
+        }
+    }
+}
+
 /// One placement of a geometry.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// Index into [`World::geometries`].
     pub geometry: u32,
-    /// `None` is the identity: such instances share one flat structure and cost nothing to enter.
-    pub transform: Option<Transform>,
+    /// Where it is.
+    pub place: Place,
     /// Seen by rays with a common bit.
     pub mask: u32,
 }

@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use crate::bounds::Bounds;
 use crate::error::{BuildError, limited, room};
-use crate::geometry::{Geometry, Instance, Sphere, Transform, TriangleMesh, World};
+use crate::geometry::{Geometry, Instance, Place, Sphere, Transform, TriangleMesh, World};
 use crate::local_ray::COORDINATE_LIMIT;
 use crate::memory::ask_for_huge_pages;
+use crate::motion::Motion;
 use crate::padding::Padding;
 use crate::ray::PrimitiveId;
 
@@ -122,15 +123,18 @@ pub(crate) fn check(world: &World) -> Result<(), BuildError> {
             return Err(BuildError::Geometry { instance: index, index: instance.geometry, geometries });
         }
     }
-    check_transforms(world)
+    check_places(world)
 }
 
-/// Checks the transforms of all instances.
-pub(crate) fn check_transforms(world: &World) -> Result<(), BuildError> {
+/// Checks where all instances are.
+pub(crate) fn check_places(world: &World) -> Result<(), BuildError> {
     for (index, instance) in world.instances.iter().enumerate() {
-        if let Some(transform) = &instance.transform {
-            check_transform(transform).map_err(|reason| BuildError::Transform { instance: index, reason })?;
-        }
+        let checked = match &instance.place {
+            Place::World => Ok(()),
+            Place::Fixed(transform) => check_transform(transform),
+            Place::Moving(motion) => check_motion(motion),
+        };
+        checked.map_err(|reason| BuildError::Transform { instance: index, reason })?;
     }
     Ok(())
 }
@@ -181,6 +185,13 @@ fn check_transform(transform: &Transform) -> Result<(), &'static str> {
     Ok(())
 }
 
+fn check_motion(motion: &Motion) -> Result<(), &'static str> {
+    match motion.exceeds(f64::from(COORDINATE_LIMIT), f64::from(SCALE_LIMIT)) {
+        false => Ok(()),
+        true => Err("moves by more than 2^50, or scales by more than 2^38 or less than its reciprocal"),
+    }
+}
+
 /// The items of one geometry in its own space.
 pub(crate) fn of_geometry(geometry: &Geometry) -> Result<Vec<Item>, BuildError> {
     let mut items = room("items", geometry.len())?;
@@ -192,7 +203,7 @@ pub(crate) fn of_geometry(geometry: &Geometry) -> Result<Vec<Item>, BuildError> 
 /// For every geometry that a transformed instance uses, its box.
 pub(crate) fn object_bounds(world: &World) -> Vec<Option<Bounds>> {
     let mut used = vec![false; world.geometries.len()];
-    for instance in world.instances.iter().filter(|instance| instance.transform.is_some()) {
+    for instance in world.instances.iter().filter(|instance| instance.place.is_transformed()) {
         used[instance.geometry as usize] = true;
     }
     world.geometries.iter().zip(used).map(|(geometry, used)| used.then(|| geometry.bounds())).collect()
@@ -203,22 +214,27 @@ pub(crate) fn top_padding(world: &World, bounds: &Bounds, object_bounds: &[Optio
     let placed = world
         .instances
         .iter()
-        .filter_map(|instance| Some((instance.transform.as_ref()?, object_bounds[instance.geometry as usize]?)));
+        .filter_map(|instance| Some((&instance.place, object_bounds[instance.geometry as usize]?)));
     Padding::new(bounds, placed)
 }
 
 /// How many items the top level has, some of which may be empty.
 pub(crate) fn count_of_top(world: &World) -> usize {
-    let count_of = |instance: &Instance| match instance.transform {
-        None => world.geometries[instance.geometry as usize].len(),
-        Some(_) => 1,
+    let count_of = |instance: &Instance| match instance.place.is_transformed() {
+        false => world.geometries[instance.geometry as usize].len(),
+        true => 1,
     };
     world.instances.iter().fold(0_usize, |sum, instance| sum.saturating_add(count_of(instance)))
 }
 
-/// The world box of an object's box.
-fn placed(instance: usize, transform: &Transform, object: Option<Bounds>) -> Result<Bounds, BuildError> {
-    let bounds = transform.bounds_to_world(&object.unwrap_or(Bounds::EMPTY));
+/// The world box of an object's box, at all times.
+fn placed(instance: usize, place: &Place, object: Option<Bounds>) -> Result<Bounds, BuildError> {
+    let object = object.unwrap_or(Bounds::EMPTY);
+    let bounds = match place {
+        Place::World => object,
+        Place::Fixed(transform) => transform.bounds_to_world(&object),
+        Place::Moving(motion) => motion.bounds_to_world(&object),
+    };
     if !bounds.is_empty() && !bounds.min.iter().chain(&bounds.max).all(|&x| in_range(x)) {
         return Err(BuildError::Transform { instance, reason: "moves the geometry beyond 2^50" });
     }
@@ -232,7 +248,7 @@ pub(crate) fn instance_bounds(
 ) -> Result<Vec<Option<Bounds>>, BuildError> {
     let of = |(index, instance): (usize, &Instance)| {
         let object = object_bounds[instance.geometry as usize];
-        instance.transform.as_ref().map(|transform| placed(index, transform, object)).transpose()
+        instance.place.is_transformed().then(|| placed(index, &instance.place, object)).transpose()
     };
     world.instances.iter().enumerate().map(of).collect()
 }
@@ -245,11 +261,11 @@ pub(crate) fn of_top(world: &World, object_bounds: &[Option<Bounds>]) -> Result<
     ask_for_huge_pages(&mut items);
     for (index, instance) in world.instances.iter().enumerate() {
         let geometry = &world.geometries[instance.geometry as usize];
-        match &instance.transform {
-            None => push_primitives(geometry, index as u32, &mut items),
-            Some(_) if geometry.is_empty() => {}
-            Some(transform) => {
-                let bounds = placed(index, transform, object_bounds[instance.geometry as usize])?;
+        match &instance.place {
+            Place::World => push_primitives(geometry, index as u32, &mut items),
+            _ if geometry.is_empty() => {}
+            place => {
+                let bounds = placed(index, place, object_bounds[instance.geometry as usize])?;
                 let id = PrimitiveId { instance: index as u32, primitive: 0 };
                 items.push(Item::new(&bounds, id));
             }

@@ -1,6 +1,7 @@
 //! A ray in the space of the primitives it is tested against.
 
-use crate::geometry::Transform;
+use crate::geometry::Place;
+use crate::transform::{affine, linear};
 
 /// Coordinates and origins reach at most this far (1.1e15): products of edge functions cannot overflow.
 pub(crate) const COORDINATE_LIMIT: f32 = (1_u64 << 50) as f32;
@@ -62,10 +63,19 @@ impl LocalRay {
         traceable.then_some(major)
     }
 
-    /// The ray in the space of an instance, with the same parameter t.
+    /// The ray in the space of an instance at a shutter time, with the same parameter t.
     #[inline(always)]
-    pub fn in_object(&self, transform: &Transform) -> Option<Self> {
-        Self::new(transform.point_to_object(self.origin), transform.vector_to_object(self.direction))
+    pub fn inside(&self, place: &Place, time: f32) -> Option<Self> {
+        match place {
+            Place::World => Some(*self),
+            Place::Fixed(transform) => self.mapped(&transform.to_object),
+            Place::Moving(motion) => self.mapped(&motion.to_object_at(time)),
+        }
+    }
+
+    #[inline(always)]
+    fn mapped(&self, rows: &[[f32; 4]; 3]) -> Option<Self> {
+        Self::new(affine(rows, self.origin), linear(rows, self.direction))
     }
 
     /// The largest magnitude of the origin's coordinates.

@@ -55,7 +55,7 @@
 //! are cut at 2^52, beyond all coordinates: no number of a box test can overflow, and none is NaN.
 
 use crate::bounds::{Bounds, greatest, least, round_up};
-use crate::geometry::Transform;
+use crate::geometry::{Place, Transform};
 use crate::local_ray::{COORDINATE_LIMIT, LocalRay};
 
 /// 32 u.
@@ -76,10 +76,14 @@ pub(crate) struct Padding {
 
 impl Padding {
     /// For a structure with these bounds that holds these instances (with the bounds of their objects).
-    pub fn new<'a>(bounds: &Bounds, instances: impl IntoIterator<Item = (&'a Transform, Bounds)>) -> Self {
+    pub fn new<'a>(bounds: &Bounds, instances: impl IntoIterator<Item = (&'a Place, Bounds)>) -> Self {
         let (mut factor, mut far) = (1.0_f64, 0.0_f64);
-        for (transform, object) in instances {
-            let stretch = Stretch::of(transform);
+        for (place, object) in instances {
+            let stretch = match place {
+                Place::World => continue,
+                Place::Fixed(transform) => Stretch::of(transform),
+                Place::Moving(motion) => motion.stretch(),
+            };
             factor = factor.max(stretch.forth * stretch.back + stretch.residual / SLACK);
             let shifts = stretch.forth * (f64::from(object.reach()) + stretch.back_shift);
             far = far.max(shifts + stretch.residual_shift / SLACK);
@@ -101,17 +105,22 @@ impl Padding {
     }
 }
 
-/// Row-sum norms of a transform.
-struct Stretch {
-    forth: f64,
-    back: f64,
-    back_shift: f64,
-    residual: f64,
-    residual_shift: f64,
+/// Row-sum norms of a transform, or bounds of them at all times.
+pub(crate) struct Stretch {
+    /// Of `to_world`.
+    pub forth: f64,
+    /// Of `to_object`.
+    pub back: f64,
+    /// Largest coordinate of the shift of `to_object`.
+    pub back_shift: f64,
+    /// Of the product less the identity.
+    pub residual: f64,
+    /// Largest coordinate of the product's shift.
+    pub residual_shift: f64,
 }
 
 impl Stretch {
-    fn of(transform: &Transform) -> Self {
+    pub fn of(transform: &Transform) -> Self {
         let m = transform.to_world.map(|row| row.map(f64::from));
         let n = transform.to_object.map(|row| row.map(f64::from));
         let norm = |rows: &[[f64; 4]; 3]| {

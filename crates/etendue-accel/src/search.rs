@@ -12,6 +12,7 @@ pub(crate) struct Search {
     pub t_min: f32,
     t_max: f32,
     pub mask: u32,
+    pub time: f32,
     skip: PrimitiveId,
     /// Until something is found, `t` is the end of the range and the id is `NONE`.
     pub best: Hit,
@@ -19,7 +20,8 @@ pub(crate) struct Search {
 
 impl Search {
     /// For nothing.
-    pub const NONE: Self = Self { t_min: 0.0, t_max: 0.0, mask: 0, skip: PrimitiveId::NONE, best: Hit::MISS };
+    pub const NONE: Self =
+        Self { t_min: 0.0, t_max: 0.0, mask: 0, time: 0.0, skip: PrimitiveId::NONE, best: Hit::MISS };
 
     /// The search and the ray in world space; `None` if the ray hits nothing by definition.
     #[inline(always)]
@@ -34,7 +36,7 @@ impl Search {
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         let best = Hit { t: ray.t_max, ..Hit::MISS };
-        Self { t_min: Self::first_t(ray), t_max: ray.t_max, mask: ray.mask, skip: ray.skip, best }
+        Self { t_min: Self::first_t(ray), t_max: ray.t_max, mask: ray.mask, time: ray.time, skip: ray.skip, best }
     }
 
     /// Where a ray's range begins.

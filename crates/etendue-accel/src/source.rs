@@ -73,9 +73,9 @@ impl<'a> Source<'a> {
 }
 
 fn kind_of(world: &World, instance: &Instance) -> ItemKind {
-    match instance.transform {
-        None => kind_of_primitives(&world.geometries[instance.geometry as usize]),
-        Some(_) => ItemKind::Instance,
+    match instance.place.is_transformed() {
+        false => kind_of_primitives(&world.geometries[instance.geometry as usize]),
+        true => ItemKind::Instance,
     }
 }
 

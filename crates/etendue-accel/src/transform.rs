@@ -89,12 +89,12 @@ impl Transform {
 
 /// The order of the operations is part of the contract that all accelerators give the same bits.
 #[inline(always)]
-fn linear(m: &[[f32; 4]; 3], v: [f32; 3]) -> [f32; 3] {
+pub(crate) fn linear(m: &[[f32; 4]; 3], v: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|r| (m[r][0] * v[0] + m[r][1] * v[1]) + m[r][2] * v[2])
 }
 
 #[inline(always)]
-fn affine(m: &[[f32; 4]; 3], p: [f32; 3]) -> [f32; 3] {
+pub(crate) fn affine(m: &[[f32; 4]; 3], p: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|r| ((m[r][0] * p[0] + m[r][1] * p[1]) + m[r][2] * p[2]) + m[r][3])
 }
 

@@ -5,7 +5,8 @@ mod common;
 
 use common::*;
 use etendue_accel::{
-    Accelerator, AcceleratorKind, BuildError, Geometry, Hit, Instance, Isa, PrimitiveId, Ray, Sphere, Transform, World,
+    Accelerator, AcceleratorKind, BuildError, Geometry, Hit, Instance, Isa, Place, PrimitiveId, Ray, Sphere, Transform,
+    World,
 };
 
 const UNIT: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -49,7 +50,7 @@ fn bad_transforms_are_refused() {
     let huge = Transform::new([[1e12, 0.0, 0.0, 0.0], [0.0, 1e12, 0.0, 0.0], [0.0, 0.0, 1e12, 0.0]]).unwrap();
     let far = Transform::new([[1.0, 0.0, 0.0, 2e15], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]).unwrap();
     for transform in [not_inverse, singular, nan, huge, far] {
-        let instances = vec![plain(0), Instance { geometry: 0, transform: Some(transform), mask: 1 }];
+        let instances = vec![plain(0), Instance { geometry: 0, place: Place::Fixed(transform), mask: 1 }];
         let world = World { geometries: vec![object.clone()], instances };
         assert!(matches!(refused(&world), BuildError::Transform { instance: 1, .. }), "{transform:?}");
     }

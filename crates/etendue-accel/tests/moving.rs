@@ -5,7 +5,8 @@ mod common;
 
 use common::*;
 use etendue_accel::{
-    Accelerator, AcceleratorKind, BuildError, Geometry, Hit, Instance, Isa, Ray, Sphere, Transform, World,
+    Accelerator, AcceleratorKind, BuildError, Geometry, Hit, Instance, Isa, Motion, Place, Ray, RigidKey, Sphere,
+    Transform, World,
 };
 
 /// Some still triangles and balls, and as many moving things.
@@ -26,23 +27,31 @@ fn world(rng: &mut Rng, still: usize, moving: usize) -> World {
 const UNIT: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// New places within a distance; far ones make a tree built for near ones useless.
-fn move_all(rng: &mut Rng, world: &mut World, size: f32, reach: f32) -> Vec<Option<Transform>> {
-    for instance in world.instances.iter_mut().filter(|instance| instance.transform.is_some()) {
-        let linear = rng.linear().map(|row| scale(row, size));
-        instance.transform = placed(0, linear, rng.point(reach)).transform;
+fn move_all(rng: &mut Rng, world: &mut World, size: f32, reach: f32) -> Vec<Place> {
+    for instance in world.instances.iter_mut().filter(|instance| instance.place.is_transformed()) {
+        let (linear, shift) = (rng.linear().map(|row| scale(row, size)), rng.point(reach));
+        let next = match rng.chance(0.5) {
+            true => placed(0, linear, shift),
+            false => moving(rng, 0, linear, shift, 3, 0.1 * reach),
+        };
+        instance.place = next.place;
     }
-    world.instances.iter().map(|instance| instance.transform).collect()
+    places_of(world)
+}
+
+fn places_of(world: &World) -> Vec<Place> {
+    world.instances.iter().map(|instance| instance.place.clone()).collect()
 }
 
 /// Half of the rays go anywhere, half to where instances are.
 fn same_hits(rng: &mut Rng, world: &World, moved: &Accelerator, fresh: &Accelerator, reach: f32) -> usize {
     let places: Vec<[f32; 3]> =
-        world.instances.iter().filter_map(|i| Some(i.transform?.point_to_world([0.2; 3]))).collect();
+        world.instances.iter().filter_map(|i| Some(i.place.at(0.5)?.point_to_world([0.2; 3]))).collect();
     let random = |rng: &mut Rng| {
         let origin = rng.point(reach);
         let aimed = sub(*rng.pick(&places), origin);
         let direction = if rng.chance(0.5) { aimed } else { rng.direction() };
-        Ray { mask: *rng.pick(&[1, 2, u32::MAX]), ..ray(origin, direction) }
+        Ray { mask: *rng.pick(&[1, 2, u32::MAX]), time: rng.unit() as f32, ..ray(origin, direction) }
     };
     let rays: Vec<Ray> = (0..2000).map(|_| random(rng)).collect();
     let (mut hits, mut expected) = (vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]);
@@ -70,8 +79,8 @@ fn moved_worlds_are_as_if_fresh() {
             let mut moved = Accelerator::build(&world, kind, Isa::detect(), 1).unwrap();
             for reach in [2.1, 40.0, 2.0] {
                 let mut next = world.clone();
-                let transforms = move_all(&mut rng, &mut next, size, reach);
-                moved = moved.with_transforms(&transforms, 2).unwrap();
+                let places = move_all(&mut rng, &mut next, size, reach);
+                moved = moved.with_places(places, 2).unwrap();
                 let fresh = Accelerator::build(&next, kind, Isa::detect(), 1).unwrap();
                 let found = same_hits(&mut rng, &next, &moved, &fresh, 1.2 * reach);
                 assert!(found > 200, "{kind} {still} {moving} {reach}: {found} hits say little");
@@ -87,10 +96,9 @@ fn what_moves_for_the_first_time_is_built() {
     move_all(&mut rng, &mut still, 1.0, 1.0);
     for kind in AcceleratorKind::ALL {
         let mut next = still.clone();
-        next.instances[0].transform = placed(0, UNIT, [0.1, 0.2, 0.3]).transform;
-        let transforms: Vec<_> = next.instances.iter().map(|instance| instance.transform).collect();
-        let moved =
-            Accelerator::build(&still, kind, Isa::detect(), 1).unwrap().with_transforms(&transforms, 1).unwrap();
+        next.instances[0].place = placed(0, UNIT, [0.1, 0.2, 0.3]).place;
+        let built = Accelerator::build(&still, kind, Isa::detect(), 1).unwrap();
+        let moved = built.with_places(places_of(&next), 1).unwrap();
         let fresh = Accelerator::build(&next, kind, Isa::detect(), 1).unwrap();
         assert!(same_hits(&mut rng, &next, &moved, &fresh, 2.0) > 50);
     }
@@ -100,17 +108,22 @@ fn what_moves_for_the_first_time_is_built() {
 fn bad_transforms_are_refused() {
     let mut rng = Rng(6);
     let still = world(&mut rng, 5000, 3);
-    let good: Vec<_> = still.instances.iter().map(|instance| instance.transform).collect();
+    let good = places_of(&still);
     for kind in AcceleratorKind::ALL {
         let build = || Accelerator::build(&still, kind, Isa::detect(), 1).unwrap();
-        let error = build().with_transforms(&good[1..], 1).unwrap_err();
-        assert_eq!(error, BuildError::Transforms { transforms: 4, instances: 5 });
+        let error = build().with_places(good[1..].to_vec(), 1).unwrap_err();
+        assert_eq!(error, BuildError::Places { places: 4, instances: 5 });
         let mut nan = good.clone();
-        nan[2].as_mut().unwrap().to_world[0][0] = f32::NAN;
+        nan[2] = Place::Fixed(Transform { to_world: [[f32::NAN; 4]; 3], ..Transform::IDENTITY });
         let mut far = good.clone();
-        far[2] = Transform::new([[1e11, 0.0, 0.0, 1.125_899_8e15], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]);
-        for bad in [nan, far] {
-            let error = build().with_transforms(&bad, 1).unwrap_err();
+        let rows = [[1e11, 0.0, 0.0, 1.125_899_8e15], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        far[2] = Place::Fixed(Transform::new(rows).unwrap());
+        let key = |time, x| RigidKey { time, rotation: [0.0, 0.0, 0.0, 1.0], translation: [x, 0.0, 0.0] };
+        let unit = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        let mut gone = good.clone();
+        gone[2] = Place::Moving(Motion::new(unit, &[key(0.0, 0.0), key(1.0, 2e15)]).unwrap().into());
+        for bad in [nan, far, gone] {
+            let error = build().with_places(bad, 1).unwrap_err();
             assert!(matches!(error, BuildError::Transform { instance: 2, .. }), "{error:?}");
         }
     }

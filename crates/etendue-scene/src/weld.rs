@@ -1,5 +1,6 @@
 //! One vertex for equal positions.
 
+use etendue_accel::prefetch;
 use glam::DVec3;
 
 /// Numbers distinct positions in the order of their first use.
@@ -23,6 +24,12 @@ fn hash(position: DVec3) -> u64 {
 }
 
 impl Welder {
+    /// For about so many distinct positions; more are fine.
+    pub fn for_about(positions: usize) -> Self {
+        let slots = positions.saturating_mul(2).next_power_of_two().max(64);
+        Self { positions: Vec::with_capacity(positions), slots: vec![EMPTY; slots] }
+    }
+
     /// The position's number: that of an equal one before, or a new one. `None` if there are 2^32 - 1 already.
     /// Coordinates must not be NaN; -0 equals 0.
     #[inline]
@@ -42,6 +49,33 @@ impl Welder {
         }
         Some(self.slots[slot])
     }
+
+    /// Asks memory for what [`Self::number`] will look at for these positions: in tables larger than the caches that is where
+    /// the time goes, and many can be on their way at once. At most [`Self::AHEAD`] are asked for.
+    pub fn expect(&self, positions: impl Iterator<Item = DVec3>) {
+        if self.positions.len() < Self::SMALL {
+            return;
+        }
+        let mask = self.slots.len() - 1;
+        let mut expected = [0; Self::AHEAD];
+        let mut count = 0;
+        for (slot, position) in expected.iter_mut().zip(positions) {
+            *slot = hash(position + 0.0) as usize & mask;
+            prefetch(&self.slots[*slot]);
+            count += 1;
+        }
+        for slot in &expected[..count] {
+            if let Some(position) = self.positions.get(self.slots[*slot] as usize) {
+                prefetch(position);
+            }
+        }
+    }
+
+    /// So many positions are as many as is good to wait for at once.
+    pub const AHEAD: usize = 96;
+
+    /// Tables of so few positions are in the caches.
+    const SMALL: usize = 1 << 14;
 
     /// Every position, by its number.
     pub fn into_positions(self) -> Vec<DVec3> {

@@ -441,7 +441,8 @@ impl<'a> Block<'a> {
         let vertex = &mut self.vertices[a as usize];
         vertex.quadric = merged;
         if first.kind != Kind::Fixed {
-            vertex.position = add(first.position, place);
+            // An end is met exactly, which the sum of differences need not do.
+            vertex.position = if place == d { second.position } else { add(first.position, place) };
         }
         vertex.stamp = first.stamp.wrapping_add(second.stamp).wrapping_add(1);
         self.facing[a as usize] = add(self.facing[a as usize], self.facing[b as usize]);

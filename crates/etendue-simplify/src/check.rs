@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::MeshRef;
 use crate::places::first_at_place;
-use crate::surface::{is_in_reach, length, normal};
+use crate::surface::{length, normal};
 
 /// How often something is found, and where first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub struct Findings {
     pub faces: usize,
     /// Faces that name a vertex that is not there.
     pub bad_indices: Found<u32>,
-    /// Faces with a corner that is not finite, or beyond 2^50.
+    /// Faces with a corner that is not finite.
     pub non_finite: Found<u32>,
     /// Faces that name a position twice.
     pub collapsed: Found<u32>,
@@ -147,7 +147,7 @@ fn state(mesh: &MeshRef<'_>, face: &[u32; 3], welded: &[u32]) -> State {
         return State::BadIndex;
     }
     let corners = face.map(|v| mesh.positions[v as usize]);
-    if !corners.into_iter().all(is_in_reach) {
+    if !corners.as_flattened().iter().all(|x| x.is_finite()) {
         return State::NonFinite;
     }
     let [a, b, c] = face.map(|v| welded[v as usize]);

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 
 use etendue_accel::{ClosestPoint, ClosestPoints};
 
+use crate::scale::Scale;
 use crate::surface::{self, Areas, Sample, is_in_reach};
 use crate::{MeshRef, Progress, SimplifyError, Stage};
 
@@ -48,8 +49,8 @@ impl Distance {
 }
 
 /// Measures the distance of two surfaces, both ways: from `samples` points of each, stratified by area, and from all vertices that
-/// faces use. The same numbers for any number of threads. Faces with a corner that is not finite, or beyond 2^50, are left out;
-/// meshes without a face are an error.
+/// faces use. The same numbers for any number of threads. Faces with a corner that is not finite are left out; meshes
+/// without a face are an error.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -72,7 +73,12 @@ pub fn distance(
 ) -> Result<Distance, SimplifyError> {
     surface::check_indices(a)?;
     surface::check_indices(b)?;
-    between(&Side::of(a)?, &Side::of(b)?, samples, seed, progress)
+    let Some(scale) = Scale::of(&[a, b]) else {
+        return between(&Side::of(a)?, &Side::of(b)?, samples, seed, progress);
+    };
+    let (near_a, near_b) = (scale.positions(a), scale.positions(b));
+    let (a, b) = (MeshRef { positions: &near_a, ..*a }, MeshRef { positions: &near_b, ..*b });
+    between(&Side::of(&a)?, &Side::of(&b)?, samples, seed, progress).map(|distance| scale.undone(distance))
 }
 
 /// A surface ready to be measured against others.

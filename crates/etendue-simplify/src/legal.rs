@@ -129,6 +129,14 @@ impl Block<'_> {
                 if longest < self.worst && new2 > THIN * THIN * THIN * longest * longest {
                     continue;
                 }
+                // A little at a time adds up: none may come to lie against the original's faces at all its corners.
+                let against = |n: Vec3| dot(n, new) < 0.0;
+                if against(facing)
+                    && against(self.facing[face.next as usize])
+                    && against(self.facing[face.last as usize])
+                {
+                    return false;
+                }
                 if old2 > 0.0 && (along <= 0.0 || along * along < TURN * TURN * old2 * new2) {
                     // What was small and crooked may turn to where the original faces.
                     let corners = [facing, self.facing[face.next as usize], self.facing[face.last as usize]];

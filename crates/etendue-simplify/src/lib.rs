@@ -2,6 +2,7 @@
 //!
 //! Edges are collapsed in the order of what that costs, by quadric error metrics (Garland and Heckbert 1997).
 
+mod apart;
 mod block;
 mod bounded;
 mod check;
@@ -22,6 +23,7 @@ mod quadric;
 mod queue;
 mod report;
 mod rings;
+mod scale;
 mod simplify;
 mod surface;
 mod vector;

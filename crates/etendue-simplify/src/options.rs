@@ -82,7 +82,7 @@ pub struct Options {
     pub crease_angle: f64,
     /// What is kept.
     pub keep: Keep,
-    /// Indices of vertices that stay, in any order.
+    /// Indices of vertices that stay, in any order. Those that are not there, and those that no face uses, lock nothing.
     pub locked: Vec<u32>,
     /// Less care, more speed.
     pub fast: bool,

@@ -5,11 +5,13 @@ use std::time::Instant;
 
 use etendue_accel::TriangleMesh;
 
+use crate::apart::keep_apart;
 use crate::bounded::bounded;
 use crate::engine::{Work, reduce};
 use crate::metric::Metric;
 use crate::polish::polish;
 use crate::prepare::{prepare, validate};
+use crate::scale::Scale;
 use crate::surface::search;
 use crate::vertex::Kind;
 use crate::{Mesh, MeshRef, Options, Placement, Progress, Report, Simplified, SimplifyError, Stage, Target};
@@ -52,6 +54,20 @@ pub fn simplify(
 ) -> Result<Simplified, SimplifyError> {
     validate(mesh)?;
     check(options)?;
+    let Some(scale) = Scale::of(&[mesh]) else { return scaled(mesh, options, progress) };
+    let positions = scale.positions(mesh);
+    let near = MeshRef { positions: &positions, ..*mesh };
+    let mut simplified = scaled(&near, &scale.options(options), progress)?;
+    scale.undo(&mut simplified);
+    Ok(simplified)
+}
+
+/// Simplifies a valid mesh of usual size.
+fn scaled(
+    mesh: &MeshRef<'_>,
+    options: &Options,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
     match options.target {
         Target::Faces(faces) => reduced(mesh, options, faces, progress),
         Target::Ratio(ratio) => reduced(mesh, options, (mesh.faces.len() as f64 * ratio) as usize, progress),
@@ -75,11 +91,11 @@ pub(crate) fn reduced(
     tell(progress, Stage::Collapse, 0.0)?;
     let outcome = reduce(&mut work, &metric, faces, progress)?;
     let unit = work.unit;
-    let collapse_seconds = start.elapsed().as_secs_f64();
-    let start = Instant::now();
     // Where nothing was collapsed, all is in its place.
     let stand_in = work.stand_in.take().filter(|_| outcome.collapses > 0);
     let (mut simplified, kinds) = assemble(work);
+    let collapse_seconds = start.elapsed().as_secs_f64();
+    let start = Instant::now();
     if let Some(stand_in) = stand_in {
         polish(mesh, &search(&borrowed(&stand_in))?, &mut simplified, &kinds, progress)?;
     }
@@ -151,9 +167,11 @@ fn assemble(mut work: Work) -> (Mesh, Vec<Kind>) {
         used.push(i);
     }
     let owner = |i: usize| work.wedges.as_ref().map_or(i as u32, |wedges| wedges.list[i].owner);
-    mesh.positions = used.iter().map(|&i| work.place(owner(i))).collect();
+    let owners: Vec<u32> = used.iter().map(|&i| owner(i)).collect();
+    mesh.positions = owners.iter().map(|&v| work.place(v)).collect();
     mesh.faces = corners.iter().map(|face| face.map(|v| new_index[v as usize])).collect();
-    let kinds = used.iter().map(|&i| work.vertices[owner(i) as usize].kind).collect();
+    let kinds: Vec<Kind> = owners.iter().map(|&v| work.vertices[v as usize].kind).collect();
+    keep_apart(&mut mesh.positions, &owners, &kinds);
     if let Some(wedges) = &work.wedges {
         wedges.write(&mut mesh, used.iter().copied());
     }

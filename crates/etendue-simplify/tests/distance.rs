@@ -90,3 +90,23 @@ fn faces_out_of_reach_are_left_out() {
     let needle = mesh_of(vec![[0.0; 3], [1.0, 0.0, 0.0]], vec![[0, 1, 1]]);
     assert!((measured(&needle, &square, 500).forth.rms - 0.5).abs() < 1e-7);
 }
+
+#[test]
+fn any_size() {
+    let (a, b) = (ball(30, |_| 1.0), ball(20, bumpy));
+    let usual = measured(&a, &b, 5000);
+    for exponent in [-100, -40, 45, 100] {
+        let size = libm::exp2(f64::from(exponent));
+        let sized = |mesh: &Mesh| moved(mesh, |p| p.map(|x| (f64::from(x) * size) as f32));
+        let found = measured(&sized(&a), &sized(&b), 5000);
+        for (found, usual) in [
+            (found.diagonal, usual.diagonal),
+            (found.forth.rms, usual.forth.rms),
+            (found.forth.farthest[2], usual.forth.farthest[2]),
+            (found.back.mean, usual.back.mean),
+            (found.back.largest, usual.back.largest),
+        ] {
+            assert!((found / (usual * size) - 1.0).abs() < 1e-6, "2^{exponent}: {} {usual}", found / size);
+        }
+    }
+}

@@ -226,3 +226,28 @@ fn bounds_at_their_ends() {
     assert!(flat.mesh.faces.len() <= 4, "{}", flat.mesh.faces.len());
     assert_eq!(to(&Mesh::default(), 0.1).report.distance, None);
 }
+
+#[test]
+fn sizes_leave_no_trace() {
+    let mesh = ball(16, bumpy);
+    let usual = both(&mesh, 200, |_| ());
+    for exponent in [-100, 120] {
+        let size = libm::exp2(f64::from(exponent)) as f32;
+        let sized = |mesh: &Mesh| moved(mesh, |p| p.map(|x| x * size));
+        assert!(both(&sized(&mesh), 200, |_| ()) == [0, 1].map(|i| sized(&usual[i])), "2^{exponent}");
+    }
+}
+
+#[test]
+fn bounds_have_the_unit_of_the_mesh() {
+    let mesh = ball(16, bumpy);
+    let bound = |exponent: i32| {
+        let size = libm::exp2(f64::from(exponent));
+        let sized = moved(&mesh, |p| p.map(|x| (f64::from(x) * size) as f32));
+        let options = Options { polish: false, fast: true, ..Options::new(Target::Error(0.05 * size)) };
+        let found = simplify(&sized.as_ref(), &options, &mut carry_on).unwrap();
+        (found.mesh.faces.len(), found.report.distance.unwrap().largest() / size)
+    };
+    let (usual, large) = (bound(0), bound(60));
+    assert!(usual.0 == large.0 && (large.1 / usual.1 - 1.0).abs() < 1e-6 && usual.1 <= 0.05, "{usual:?} {large:?}");
+}

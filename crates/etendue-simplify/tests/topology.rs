@@ -337,3 +337,31 @@ fn every_method_and_placement() {
         }
     }
 }
+
+#[test]
+fn endpoints_are_places_of_the_input() {
+    // Where differences of coordinates are rounded.
+    let mesh = moved(&ball(24, shapes::bumpy), |[x, y, z]| [x + 300.0, y - 40.0, z]);
+    for method in [Method::Quadric, Method::QuadricUnion, Method::ShortestEdge] {
+        let placement = Placement::Endpoint;
+        let options = Options { method, placement, polish: false, ..Options::new(Target::Faces(400)) };
+        let result = run(&mesh, &options);
+        assert_eq!((result.mesh.faces.len(), result.report.cuts), (400, 0));
+        assert!(result.mesh.positions.iter().all(|p| mesh.positions.contains(p)), "{method:?}");
+    }
+}
+
+#[test]
+fn one_vertex_far_off_does_no_harm() {
+    // Within the numbers that a file may hold, beyond those that squares are taken of.
+    for far in [1e17, 1e30, f32::MAX] {
+        let mut mesh = torus(24, 12);
+        mesh.positions[5][1] = far;
+        let result = to(&mesh, 100);
+        let findings = check(&result.mesh.as_ref());
+        assert_eq!(result.mesh.faces.len(), 100, "{far}");
+        assert!(findings.is_watertight() && findings.is_manifold() && findings.non_finite.count == 0, "{far}");
+        let found = shapes::measured(&mesh, &result.mesh, 100);
+        assert!(found.diagonal > 0.9 * f64::from(far) && found.largest() < found.diagonal, "{far}: {found:?}");
+    }
+}

@@ -40,7 +40,7 @@ fn main() {
         let contexts: Vec<(LightContext, f64)> = (0..CHOICES)
             .map(|_| {
                 let normal = (numbers.point() - Vec3::splat(5.0)).normalize();
-                (LightContext { point: numbers.point(), normal, transmits: false }, numbers.next())
+                (LightContext { point: numbers.point(), normal, transmits: false, time: 0.0 }, numbers.next())
             })
             .collect();
         let clock = Instant::now();

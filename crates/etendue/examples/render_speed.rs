@@ -41,7 +41,7 @@ impl Parts {
     fn place(&mut self, shape: Shape, transform: DAffine3, material: usize) {
         self.0.shapes.push(shape);
         let (name, shape) = (format!("o{}", self.0.objects.len()), self.0.shapes.len() - 1);
-        self.0.objects.push(Object { name, shape, transform, materials: vec![material] });
+        self.0.objects.push(Object { name, shape, transform, materials: vec![material], motion: None });
     }
 
     fn rectangle(&mut self, corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: usize) {

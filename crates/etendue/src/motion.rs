@@ -1,6 +1,7 @@
 //! Rigid motion within the time that a shutter is open.
 
 use crate::math::{DAffine3, DQuat, DVec3};
+use etendue_accel::RigidKey;
 use std::sync::Arc;
 
 /// A rotation about the origin, then a shift.
@@ -65,9 +66,106 @@ impl Motion {
         }
     }
 
+    /// A rest at one pose.
+    pub fn resting(pose: Pose) -> Self {
+        Self { keys: [(0.0, pose), (1.0, pose)].into() }
+    }
+
     /// True if all poses are equal.
     pub fn is_still(&self) -> bool {
         self.keys.windows(2).all(|pair| pair[0].1 == pair[1].1)
+    }
+
+    /// What is wrong with the keys.
+    pub(crate) fn check(&self) -> Result<(), &'static str> {
+        let (first, last) = match &*self.keys {
+            [] => return Err("has no keys"),
+            [only] => (only.0, only.0),
+            [first, .., last] => (first.0, last.0),
+        };
+        let ascending = self.keys.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        if !(first == 0.0 && (last == 1.0 || self.keys.len() == 1) && ascending) {
+            return Err("has times that do not ascend from 0 to 1");
+        }
+        let fine = |(_, pose): &(f64, Pose)| {
+            pose.translation.is_finite() && (pose.rotation.length_squared() - 1.0).abs() < 1e-6
+        };
+        if self.keys.iter().all(fine) {
+            Ok(())
+        } else {
+            Err("has a pose that is not finite, or a rotation that is no unit")
+        }
+    }
+
+    /// The pose of what does not move.
+    pub(crate) fn rest(&self) -> Option<Pose> {
+        self.keys.first().filter(|_| self.is_still()).map(|(_, pose)| *pose)
+    }
+
+    /// What rays follow: `world - center = pose(time) * base - center`. `None` where numbers are out of range.
+    pub(crate) fn about(&self, base: DAffine3, center: DVec3) -> Option<etendue_accel::Motion> {
+        let key = |(time, pose): &(f64, Pose)| RigidKey {
+            time: *time,
+            rotation: pose.rotation.to_array(),
+            translation: (pose.translation - center).to_array(),
+        };
+        let [x, y, z] = [base.matrix3.x_axis, base.matrix3.y_axis, base.matrix3.z_axis];
+        let rows = [0, 1, 2].map(|r| [x[r], y[r], z[r], base.translation[r]]);
+        etendue_accel::Motion::new(rows, &self.keys.iter().map(key).collect::<Vec<_>>())
+    }
+}
+
+/// How far the shutter is open while it is: paths' times are drawn in proportion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Shutter {
+    /// Open all the while.
+    #[default]
+    Box,
+    /// Opens until the middle, then closes.
+    Triangle,
+    /// Opens at even speed for a share of the time and closes for another; together at most 1.
+    Trapezoid {
+        /// Share of the time in which it opens, in [0, 1].
+        rise: f64,
+        /// Share of the time in which it closes, in [0, 1].
+        fall: f64,
+    },
+}
+
+impl Shutter {
+    /// Shares in which it opens and closes.
+    pub fn shares(self) -> [f64; 2] {
+        match self {
+            Self::Box => [0.0; 2],
+            Self::Triangle => [0.5; 2],
+            Self::Trapezoid { rise, fall } => [rise, fall],
+        }
+    }
+
+    /// True if the shares are such.
+    pub fn is_possible(self) -> bool {
+        let [rise, fall] = self.shares();
+        rise >= 0.0 && fall >= 0.0 && rise + fall <= 1.0
+    }
+
+    /// The time in [0, 1] up to which share `u` in [0, 1) of the light comes in.
+    #[inline]
+    pub fn time(self, u: f32) -> f32 {
+        if self == Self::Box {
+            return u;
+        }
+        let [rise, fall] = self.shares().map(|share| share as f32);
+        let all = 1.0 - 0.5 * (rise + fall);
+        let light = u * all;
+        let left = all - light;
+        let time = if light < 0.5 * rise {
+            (2.0 * rise * light).sqrt()
+        } else if left < 0.5 * fall {
+            1.0 - (2.0 * fall * left).sqrt()
+        } else {
+            0.5 * rise + light
+        };
+        time.clamp(0.0, 1.0)
     }
 }
 
@@ -87,6 +185,35 @@ mod tests {
         }
         assert!(!motion.is_still());
         assert!(Motion { keys: [(0.0, end), (1.0, end)].into() }.is_still());
+    }
+
+    #[test]
+    fn shutters_let_in_light_in_proportion() {
+        for shutter in [
+            Shutter::Box,
+            Shutter::Triangle,
+            Shutter::Trapezoid { rise: 0.2, fall: 0.5 },
+            Shutter::Trapezoid { rise: 0.0, fall: 1.0 },
+            Shutter::Trapezoid { rise: 0.25, fall: 0.0 },
+        ] {
+            let [rise, fall] = shutter.shares();
+            let open = |t: f64| f64::min(1.0, f64::min(t / rise.max(1e-30), (1.0 - t) / fall.max(1e-30)));
+            let steps = 200_000;
+            let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(steps);
+            let all: f64 = (0..steps).map(|i| open(middle(i))).sum();
+            let (mut sum, mut i) = (0.0, 0);
+            for k in 0..=100_u32 {
+                let time = f64::from(shutter.time(k as f32 / 100.0));
+                while i < steps && middle(i) < time {
+                    sum += open(middle(i));
+                    i += 1;
+                }
+                assert!((sum / all - f64::from(k) / 100.0).abs() < 1e-4, "{shutter:?} {k}: {time}");
+            }
+            assert!(shutter.is_possible());
+        }
+        assert!(!Shutter::Trapezoid { rise: 0.6, fall: 0.6 }.is_possible());
+        assert!(!Shutter::Trapezoid { rise: f64::NAN, fall: 0.0 }.is_possible());
     }
 
     #[test]

@@ -4,13 +4,14 @@
 //! that the whole image gets better evenly. Which worker does which unit, and when, does not change a bit of the picture.
 
 use crate::{
-    camera::{Camera, CameraError, CameraSettings},
+    camera::{Camera, CameraError, CameraMotion, CameraSettings},
     film::{Film, PixelRect},
     integrator::{
         Integrator, MAX_PARTS, Splitting, bodies_about,
         wave::{Context, Counters, Wave},
         worthwhile_parts,
     },
+    motion::Shutter,
     sampling::{Filter, FilterSampler, Sampler},
     scene::Scene,
 };
@@ -27,7 +28,7 @@ pub const MAX_WAVE: u32 = 1 << 16;
 /// Most threads.
 pub const MAX_THREADS: usize = 1024;
 
-/// How a picture is rendered. Only `spp`, `seed`, `max_depth`, `splitting`, `sampler`, `integrator` and `filter` change it.
+/// How a picture is rendered. All but `threads`, `tile` and `wave` change it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
     /// Samples a pixel, 1 to [`MAX_SPP`].
@@ -51,6 +52,10 @@ pub struct RenderSettings {
     pub tile: u32,
     /// Paths that move through the stages together, 1 to [`MAX_WAVE`].
     pub wave: u32,
+    /// How far the shutter is open while it is; matters only where something moves.
+    pub shutter: Shutter,
+    /// The camera while the shutter is open; absent: it rests.
+    pub camera_motion: Option<CameraMotion>,
 }
 
 impl Default for RenderSettings {
@@ -66,6 +71,8 @@ impl Default for RenderSettings {
             filter: Filter::default(),
             tile: 32,
             wave: 256,
+            shutter: Shutter::Box,
+            camera_motion: None,
         }
     }
 }
@@ -85,6 +92,9 @@ pub enum RenderError {
         /// Largest allowed.
         high: u64,
     },
+    /// The shutter opens and closes in more time than there is, or less than none.
+    #[error("the shutter must open and close within the time that it is open")]
+    Shutter,
     /// The camera.
     #[error(transparent)]
     Camera(#[from] CameraError),
@@ -163,12 +173,17 @@ pub fn render(
     control: &RenderControl,
 ) -> Result<(), RenderError> {
     check(settings)?;
-    let camera = Camera::new(camera, film.resolution(), scene.center())?;
+    let camera = match &settings.camera_motion {
+        None => Camera::new(camera, film.resolution(), scene.center())?,
+        Some(motion) => Camera::moving(motion, film.resolution(), scene.center())?,
+    };
+    let is_moving = scene.is_moving() || camera.is_moving();
     let filter = FilterSampler::new(settings.filter);
     let mut context = Context {
         scene,
         camera: &camera,
-        camera_bodies: bodies_about(scene, camera.start()),
+        camera_bodies: bodies_about(scene, camera.start(), 0.0),
+        shutter: is_moving.then_some(settings.shutter),
         filter: &filter,
         sampler: settings.sampler,
         seed: settings.seed,
@@ -218,6 +233,9 @@ fn check(settings: &RenderSettings) -> Result<(), RenderError> {
         if !(1..=high).contains(&value) {
             return Err(RenderError::Range { name, value, low: 1, high });
         }
+    }
+    if !settings.shutter.is_possible() {
+        return Err(RenderError::Shutter);
     }
     Ok(())
 }

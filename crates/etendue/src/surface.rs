@@ -5,7 +5,7 @@ use crate::{
     scene::{Placement, Primitives},
     texture::{Footprint, Lookup},
 };
-use etendue_accel::{Hit, PrimitiveId, Ray, Transform, prefetch};
+use etendue_accel::{Hit, Place, PrimitiveId, Ray, Transform, prefetch};
 use std::f32::consts::PI;
 
 /// Where there is no light.
@@ -31,6 +31,8 @@ pub struct SurfacePoint {
     pub light: u32,
     /// What was hit; its instance is the object.
     pub id: PrimitiveId,
+    /// When: shutter time in [0, 1].
+    pub time: f32,
 }
 
 impl SurfacePoint {
@@ -57,7 +59,7 @@ pub(crate) fn surface_point(placement: &Placement, ray: &Ray, hit: &Hit) -> Surf
         Primitives::Sphere { center, radius } => {
             let origin = Vec3::from(ray.origin);
             let direction = Vec3::from(ray.direction);
-            let on_ray = match &placement.transform {
+            let on_ray = match placement.place.at(ray.time) {
                 None => origin + direction * hit.t,
                 Some(t) => {
                     Vec3::from(t.point_to_object(ray.origin)) + Vec3::from(t.vector_to_object(ray.direction)) * hit.t
@@ -66,9 +68,11 @@ pub(crate) fn surface_point(placement: &Placement, ray: &Ray, hit: &Hit) -> Surf
             sphere_point(*center, *radius, on_ray)
         }
     };
-    let world = match &placement.transform {
-        None => local,
-        Some(transform) => local.to_world(transform),
+    let world = match &placement.place {
+        Place::World => local,
+        Place::Fixed(transform) => local.to_world(transform, 1.0),
+        // Both maps are rounded each on its own.
+        Place::Moving(motion) => local.to_world(&motion.at(ray.time), 2.0),
     };
     let primitive = hit.id.primitive;
     SurfacePoint {
@@ -79,6 +83,7 @@ pub(crate) fn surface_point(placement: &Placement, ray: &Ray, hit: &Hit) -> Surf
         material: placement.material(primitive),
         light: placement.light(hit),
         id: hit.id,
+        time: ray.time,
     }
 }
 
@@ -115,19 +120,25 @@ impl Chart {
 /// Texture coordinates of a hit.
 #[inline]
 pub(crate) fn texture_coordinates(placement: &Placement, point: &SurfacePoint, hit: &Hit) -> Vec2 {
-    texture_coordinates_at(placement, hit.id.primitive, [hit.u, hit.v], point.position)
+    texture_coordinates_at(placement, hit.id.primitive, [hit.u, hit.v], point.position, point.time)
 }
 
-/// Texture coordinates at weights of a triangle's second and third vertex, or at a point of a sphere, world space.
+/// Texture coordinates at weights of a triangle's second and third vertex, or at a point of a sphere, world space, at a time.
 #[inline]
-pub(crate) fn texture_coordinates_at(placement: &Placement, face: u32, [u, v]: [f32; 2], position: Vec3) -> Vec2 {
+pub(crate) fn texture_coordinates_at(
+    placement: &Placement,
+    face: u32,
+    [u, v]: [f32; 2],
+    position: Vec3,
+    time: f32,
+) -> Vec2 {
     match &placement.primitives {
         Primitives::Mesh(mesh) => {
             let [a, b, c] = mesh.corner_uvs(face).unwrap_or([Vec2::ZERO, Vec2::X, Vec2::Y]);
             a * (1.0 - u - v) + b * u + c * v
         }
         Primitives::Sphere { center, radius } => {
-            let d = (on_sphere(placement, position) - *center) / *radius;
+            let d = (on_sphere(placement, position, time) - *center) / *radius;
             let longitude = atan2(-d.z, d.x) * (0.5 / PI);
             vec2(if longitude < 0.0 { longitude + 1.0 } else { longitude }, acos(-d.y.clamp(-1.0, 1.0)) / PI)
         }
@@ -136,8 +147,8 @@ pub(crate) fn texture_coordinates_at(placement: &Placement, face: u32, [u, v]: [
 
 /// A sphere's point in the sphere's own space.
 #[inline]
-fn on_sphere(placement: &Placement, position: Vec3) -> Vec3 {
-    match &placement.transform {
+fn on_sphere(placement: &Placement, position: Vec3, time: f32) -> Vec3 {
+    match placement.place.at(time) {
         None => position,
         Some(t) => Vec3::from(t.point_to_object(position.into())),
     }
@@ -148,28 +159,27 @@ pub(crate) fn chart(placement: &Placement, point: &SurfacePoint, hit: &Hit) -> C
     let (dpdu, dpdv) = match &placement.primitives {
         Primitives::Mesh(mesh) => mesh.tangents(hit.id.primitive),
         Primitives::Sphere { center, .. } => {
-            let d = on_sphere(placement, point.position) - *center;
+            let d = on_sphere(placement, point.position, point.time) - *center;
             // u turns about y; v goes from the south pole to the north pole.
             let ring = vec2(d.x, d.z).length();
             let up = if ring > 0.0 { vec3(-d.x * d.y / ring, ring, -d.z * d.y / ring) } else { Vec3::ZERO };
             (vec3(d.z, 0.0, -d.x) * (2.0 * PI), up * PI)
         }
     };
-    let to_world = |v: Vec3| match &placement.transform {
-        None => v,
-        Some(t) => Vec3::from(t.vector_to_world(v.into())),
-    };
+    let transform = placement.place.at(point.time);
+    let to_world = |v: Vec3| transform.as_ref().map_or(v, |t| Vec3::from(t.vector_to_world(v.into())));
     Chart { uv: texture_coordinates(placement, point, hit), dpdu: to_world(dpdu), dpdv: to_world(dpdv) }
 }
 
 /// Where textures are looked up, as a point: at weights of a triangle's second and third vertex, or at a point of a sphere,
-/// world space.
-pub(crate) fn lookup(placement: &Placement, face: u32, weights: [f32; 2], position: Vec3) -> Lookup {
+/// world space, at a time.
+pub(crate) fn lookup(placement: &Placement, face: u32, weights: [f32; 2], position: Vec3, time: f32) -> Lookup {
     let color = match &placement.primitives {
         Primitives::Mesh(mesh) => mesh.color(face, weights),
         Primitives::Sphere { .. } => [1.0; 4],
     };
-    let uv = texture_coordinates_at(placement, face, weights, position);
+    let uv = texture_coordinates_at(placement, face, weights, position, time);
+    let position = placement.pose.at(time).map_or(position, |t| t.point_to_object(position.into()).into());
     let own = placement.to_own.map(|[x, y, z, w]| x * position.x + y * position.y + z * position.z + w);
     Lookup { color, ..Lookup::new(uv, Vec3::from_array(own)) }
 }
@@ -179,8 +189,12 @@ const LONGEST: f32 = 64.0;
 
 /// Where textures are looked up at a hit, over what a cone covers that is `width` wide there, metres, seen from `wo`.
 pub(crate) fn lookup_over(placement: &Placement, point: &SurfacePoint, hit: &Hit, wo: Vec3, width: f32) -> Lookup {
-    let at = lookup(placement, hit.id.primitive, [hit.u, hit.v], point.position);
-    let own = |v: Vec3| Vec3::from_array(placement.to_own.map(|[x, y, z, _]| x * v.x + y * v.y + z * v.z));
+    let at = lookup(placement, hit.id.primitive, [hit.u, hit.v], point.position, point.time);
+    let pose = placement.pose.at(point.time);
+    let own = |v: Vec3| {
+        let v = pose.as_ref().map_or(v, |t| t.vector_to_object(v.into()).into());
+        Vec3::from_array(placement.to_own.map(|[x, y, z, _]| x * v.x + y * v.y + z * v.z))
+    };
     let chart = chart(placement, point, hit);
     let tangents = [own(chart.dpdu), own(chart.dpdv)];
     // An ellipse in the plane of the surface: across the cone as wide as that, along it longer the more it is inclined.
@@ -205,11 +219,12 @@ struct LocalPoint {
 }
 
 impl LocalPoint {
-    fn to_world(&self, transform: &Transform) -> Self {
+    /// `roundings`: how often the map was rounded for those who came here.
+    fn to_world(&self, transform: &Transform, roundings: f32) -> Self {
         let abs = |rows: &[[f32; 4]; 3], v: Vec3, w: f32| -> Vec3 {
             Vec3::from_array(rows.map(|r| r[0].abs() * v.x + r[1].abs() * v.y + r[2].abs() * v.z + r[3].abs() * w))
         };
-        let rounding = abs(&transform.to_world, self.position.abs(), 1.0) * (4.0 * EPSILON);
+        let rounding = abs(&transform.to_world, self.position.abs(), 1.0) * (4.0 * EPSILON * roundings);
         Self {
             position: transform.point_to_world(self.position.into()).into(),
             error: abs(&transform.to_world, self.error, 0.0) * (1.0 + 4.0 * EPSILON) + rounding,
@@ -235,7 +250,8 @@ pub(crate) fn lifted(placement: &Placement, point: &SurfacePoint, hit: &Hit, sid
         let normal = Vec3::from(normals[corners[k] as usize]) * side;
         offset -= normal * ((on_facet - positions[k]).dot(normal).min(0.0) * weights[k]);
     }
-    let offset = placement.transform.as_ref().map_or(offset, |t| Vec3::from(t.vector_to_world(offset.into())));
+    let transform = placement.place.at(point.time);
+    let offset = transform.map_or(offset, |t| Vec3::from(t.vector_to_world(offset.into())));
     let height = offset.dot(point.geometric_normal) * side;
     (height > LEAST * point.offset).then(|| point.position + offset)
 }

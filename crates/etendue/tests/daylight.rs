@@ -157,7 +157,7 @@ fn the_ground_reflects_sun_and_sky() {
     assert!((found / (0.2 * lit / PI) - 1.0).abs() < 0.01, "{found}, not {}", 0.2 * lit / PI);
 }
 
-const ANYWHERE: LightContext = LightContext { point: Vec3::ZERO, normal: Vec3::ZERO, transmits: false };
+const ANYWHERE: LightContext = LightContext { point: Vec3::ZERO, normal: Vec3::ZERO, transmits: false, time: 0.0 };
 
 /// A small sky with a sun that stands `elevation` degrees high towards +z, of `radius` degrees.
 fn sun_and_sky(elevation: f64, radius: f64, irradiance: f32) -> Light {

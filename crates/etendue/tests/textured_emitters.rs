@@ -128,7 +128,7 @@ fn samples_are_what_rays_find() {
     let (mut compared, mut differ) = (0, 0);
     for _ in 0..20_000 {
         let point = vec3(rng.f32() * 4.0 - 2.0, rng.f32() * 2.0, rng.f32() * 4.0 - 2.0);
-        let ctx = LightContext { point, normal: Vec3::ZERO, transmits: true };
+        let ctx = LightContext { point, normal: Vec3::ZERO, transmits: true, time: 0.0 };
         let Some(sample) = scene.sample_light(&ctx, rng.f64(), rng.f32x2()) else { continue };
         let target = sample.target.expect("all lights are near");
         let distance = (target - point).length();
@@ -166,7 +166,7 @@ fn chi_square_of_points_on_a_textured_rectangle() {
     parts.rectangle(dvec3(-0.8, -0.45, 0.0), dvec3(1.6, 0.0, 0.0), dvec3(0.0, 0.9, 0.0), screen);
     let scene = parts.build();
     let (corner, ctx) = (dvec3(-0.8, -0.45, 0.0), vec3(0.3, -0.2, 0.9));
-    let ctx = LightContext { point: ctx, normal: Vec3::ZERO, transmits: true };
+    let ctx = LightContext { point: ctx, normal: Vec3::ZERO, transmits: true, time: 0.0 };
     ChiSquare::new(if proving() { 2_000_000 } else { 100_000 })
         .stray_fraction(1e-3)
         .mass_tolerance(2e-3)

@@ -1,7 +1,7 @@
 //! Renderers that take turns: ours as a program, others as processes that stay warm.
 
-use super::{folder, picture::Picture, scenes};
-use crate::root;
+use super::{folder, picture::Picture};
+use crate::{root, venv};
 use serde_json::{Value, json};
 use std::{
     io::{BufRead, BufReader, Write},
@@ -41,57 +41,21 @@ pub const PEERS: &[Peer] = &[
 ];
 
 impl Peer {
-    fn python(&self) -> PathBuf {
-        folder().join(self.name).join("bin/python")
+    fn home(&self) -> PathBuf {
+        folder().join(self.name)
     }
 
     /// Makes its virtual environment and fetches its packages from PyPI, unless it is there.
     pub fn install(&self) -> Result<(), String> {
-        let home = folder().join(self.name);
-        let done = home.join("installed");
-        let wanted = self.packages.join(" ");
-        if std::fs::read_to_string(&done).is_ok_and(|text| text == wanted) {
-            return Ok(());
-        }
-        println!("installing {wanted} in {}", home.display());
-        let answers = |python: &PathBuf| {
-            let test = Command::new(python).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
-            test.is_ok_and(|status| status.success())
-        };
-        let python = candidates(self.pythons).into_iter().find(answers).ok_or_else(|| {
-            format!("{} needs Python {}, as python3.N on the path", self.name, self.pythons.join(" or "))
-        })?;
-        let home_text = home.to_string_lossy().into_owned();
-        scenes::run(&python.to_string_lossy(), &["-m", "venv", &home_text], &root())?;
-        let mut arguments = vec!["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
-        arguments.extend(self.packages);
-        scenes::run(&self.python().to_string_lossy(), &arguments, &root())?;
-        scenes::write(&done, wanted.as_bytes())
+        venv::install(&self.home(), self.pythons, self.packages)
     }
 
     /// Starts its program.
     pub fn start(&self) -> Result<Conversation, String> {
-        let mut command = Command::new(self.python());
+        let mut command = Command::new(venv::python_of(&self.home()));
         command.arg(root().join(self.script));
         Conversation::start(self.name, &mut command, self.libraries)
     }
-}
-
-/// Interpreters of these versions: on the path, and where pyenv keeps them.
-fn candidates(versions: &[&str]) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    let pyenv = std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".pyenv/versions"));
-    let kept: Vec<PathBuf> = pyenv
-        .and_then(|folder| std::fs::read_dir(folder).ok())
-        .map(|entries| entries.flatten().map(|entry| entry.path()).collect())
-        .unwrap_or_default();
-    for version in versions {
-        found.push(PathBuf::from(format!("python{version}")));
-        let prefix = format!("{version}.");
-        let of_version = |path: &&PathBuf| path.file_name().is_some_and(|n| n.to_string_lossy().starts_with(&prefix));
-        found.extend(kept.iter().filter(of_version).map(|path| path.join("bin/python")));
-    }
-    found
 }
 
 /// A process that answers line by line.

@@ -108,7 +108,7 @@ impl Bvh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Geometry, Instance, Transform, TriangleMesh};
+    use crate::{Geometry, Instance, Place, Transform, TriangleMesh};
 
     /// Large enough for parallel bins and parallel halves.
     fn scattered(count: u32) -> World {
@@ -120,8 +120,8 @@ mod tests {
         let positions: Vec<[f32; 3]> = (0..3 * count).map(|_| [random(), random(), random()]).collect();
         let indices: Vec<[u32; 3]> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let mesh = TriangleMesh { positions: positions.into(), indices: indices.into() };
-        let placed = Instance { geometry: 0, transform: Some(Transform::IDENTITY), mask: 1 };
-        let instances = vec![Instance { geometry: 0, transform: None, mask: 3 }, placed];
+        let placed = Instance { geometry: 0, place: Place::Fixed(Transform::IDENTITY), mask: 1 };
+        let instances = vec![Instance { geometry: 0, place: Place::World, mask: 3 }, placed];
         World { geometries: vec![Geometry::Triangles(mesh)], instances }
     }
 

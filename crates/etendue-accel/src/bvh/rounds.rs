@@ -81,7 +81,7 @@ impl Slot {
     fn step_aside<S: Simd, const ANY: bool>(&mut self, simd: S, scene: &Scene<'_>, stacks: &mut Stacks) {
         match Child::of(self.word) {
             Child::Instance(index) => {
-                if let Some((inside, root)) = scene.enter(index, &self.local.ray, self.search.mask) {
+                if let Some((inside, root)) = scene.enter(index, &self.local.ray, &self.search) {
                     stacks.put(self.top, LEAVE);
                     self.top += 1;
                     self.outside = std::mem::replace(&mut self.local, inside);

@@ -223,7 +223,7 @@ impl Scene<'_> {
                 }
                 match Child::of(word) {
                     Child::Instance(index) => {
-                        if let Some((inside, root)) = self.enter(index, &here.ray, search.mask) {
+                        if let Some((inside, root)) = self.enter(index, &here.ray, &search) {
                             stacks.put(len, LEAVE);
                             len += 1;
                             (local, word) = (inside, root);
@@ -319,14 +319,14 @@ impl Scene<'_> {
     }
 
     /// The ray in an instance's space and where to start there.
-    pub fn enter(&self, index: u32, ray: &LocalRay, mask: u32) -> Option<(Local, u32)> {
+    pub fn enter(&self, index: u32, ray: &LocalRay, search: &Search) -> Option<(Local, u32)> {
         let instance_index = *self.bvh.arrays.instances.get(index as usize)?;
         let instance = &self.world.instances[instance_index as usize];
-        if instance.mask & mask == 0 {
+        if instance.mask & search.mask == 0 {
             return None;
         }
         let root = self.bvh.objects[instance.geometry as usize].as_ref()?;
-        let inside = ray.in_object(instance.transform.as_ref()?)?;
+        let inside = ray.inside(&instance.place, search.time)?;
         Some((Local::new(inside, root, instance_index), root.word?))
     }
 }

@@ -79,7 +79,7 @@ impl Flat {
         };
         let costs = world.instances.iter().map(|instance| cost(&world.geometries[instance.geometry as usize]));
         let simple = world.instances.len() <= limit
-            && world.instances.iter().all(|instance| instance.transform.is_none())
+            && world.instances.iter().all(|instance| !instance.place.is_transformed())
             && costs.fold(0, usize::saturating_add) <= limit;
         if !simple {
             return Ok(None);

@@ -101,10 +101,9 @@ impl<const ANY: bool> Walk<'_, ANY> {
     }
 
     fn enter(&self, instance: u32, geometry: u32, local: &LocalRay, search: &mut Search) -> bool {
-        let transform = self.world.instances[instance as usize].transform.as_ref();
-        let level = self.tree.objects[geometry as usize].as_ref();
-        let (Some(transform), Some(level)) = (transform, level) else { return false };
-        let Some(local) = local.in_object(transform) else { return false };
+        let Some(level) = &self.tree.objects[geometry as usize] else { return false };
+        let place = &self.world.instances[instance as usize].place;
+        let Some(local) = local.inside(place, search.time) else { return false };
         Walk { instance: Some(instance), ..*self }.level(level, &local, search)
     }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::error::BuildError;
-use crate::geometry::{Geometry, Instance, TriangleMesh, World};
+use crate::geometry::{Geometry, Instance, Place, TriangleMesh, World};
 use crate::isa::{Isa, dispatch};
 use crate::items;
 
@@ -64,7 +64,7 @@ const SLICE: usize = 512;
 impl ClosestPoints {
     /// Checks the mesh and builds the structure on the threads of the current pool. The mesh's arrays are shared, not copied.
     pub fn build(mesh: &TriangleMesh, isa: Isa) -> Result<Self, BuildError> {
-        let instances = vec![Instance { geometry: 0, transform: None, mask: u32::MAX }];
+        let instances = vec![Instance { geometry: 0, place: Place::World, mask: u32::MAX }];
         let world = World { geometries: vec![Geometry::Triangles(mesh.clone())], instances };
         items::check(&world)?;
         Ok(Self { mesh: mesh.clone(), bvh: Bvh::build(&world)?, isa })

@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use etendue_accel::{
-    Accelerator, AcceleratorKind, Geometry, Instance, Isa, PrimitiveId, Ray, Sphere, Transform, TriangleMesh, World,
+    Accelerator, AcceleratorKind, Geometry, Instance, Isa, Motion, Place, PrimitiveId, Ray, RigidKey, Sphere,
+    Transform, TriangleMesh, World,
 };
 
 /// Rays for a test: ten million if `ETENDUE_PROVE` is 1, else a few.
@@ -108,12 +109,37 @@ pub fn spheres(list: Vec<Sphere>) -> Geometry {
 }
 
 pub fn plain(geometry: u32) -> Instance {
-    Instance { geometry, transform: None, mask: u32::MAX }
+    Instance { geometry, place: Place::World, mask: u32::MAX }
 }
 
 pub fn placed(geometry: u32, linear: [[f32; 3]; 3], shift: [f32; 3]) -> Instance {
     let rows = std::array::from_fn(|r| [linear[r][0], linear[r][1], linear[r][2], shift[r]]);
-    Instance { geometry, transform: Some(Transform::new(rows).expect("an inverse")), mask: u32::MAX }
+    Instance { geometry, place: Place::Fixed(Transform::new(rows).expect("an inverse")), mask: u32::MAX }
+}
+
+/// An instance on its way: from one key to the next by turns of up to half a revolution and shifts up to `reach`.
+pub fn moving(
+    rng: &mut Rng,
+    geometry: u32,
+    linear: [[f32; 3]; 3],
+    shift: [f32; 3],
+    keys: usize,
+    reach: f32,
+) -> Instance {
+    let base = std::array::from_fn(|r| [linear[r][0], linear[r][1], linear[r][2], shift[r]].map(f64::from));
+    let key = |i: usize, rng: &mut Rng| {
+        let axis = rng.direction().map(f64::from);
+        let half_angle = 0.5 * *rng.pick(&[0.0, 1e-9, 0.01, 1.0, 3.0, 3.14159, 3.2, 6.0]);
+        let rotation = [axis[0], axis[1], axis[2]].map(|x| x * f64::sin(half_angle));
+        RigidKey {
+            time: i as f64 / (keys - 1).max(1) as f64,
+            rotation: [rotation[0], rotation[1], rotation[2], f64::cos(half_angle)],
+            translation: rng.point(reach).map(f64::from),
+        }
+    };
+    let keys: Vec<RigidKey> = (0..keys).map(|i| key(i, rng)).collect();
+    let motion = Motion::new(base, &keys).expect("a motion");
+    Instance { geometry, place: Place::Moving(Arc::new(motion)), mask: u32::MAX }
 }
 
 pub fn world_of(mesh: &TriangleMesh) -> World {

@@ -18,9 +18,9 @@ struct Left {
     material: u32,
 }
 
-/// The bodies that `point` lies in: a probe that goes out from there leaves them one by one, the innermost first. Bodies that are
+/// The bodies that `point` lies in at a shutter time: a probe that goes out from there leaves them one by one, the innermost first. Bodies that are
 /// not closed may be told wrongly; by two probes of three.
-pub(crate) fn bodies_about(scene: &Scene, point: Vec3) -> BodyStack {
+pub(crate) fn bodies_about(scene: &Scene, point: Vec3, time: f32) -> BodyStack {
     let interiors = scene.interiors();
     let mut stack = interiors.outside();
     if !interiors.has_bodies() {
@@ -28,7 +28,7 @@ pub(crate) fn bodies_about(scene: &Scene, point: Vec3) -> BodyStack {
     }
     // Any directions will do that are not along axes and diagonals, where meshes have their edges.
     let probes = [vec3(0.267, 0.802, 0.534), vec3(-0.741, 0.193, -0.643), vec3(0.371, -0.512, 0.775)];
-    let [first, second, third] = probes.map(|direction| left_along(scene, point, direction.normalize()));
+    let [first, second, third] = probes.map(|direction| left_along(scene, point, direction.normalize(), time));
     let bodies = |left: &[Left]| {
         let mut bodies: Vec<_> = left.iter().map(|l| l.body).collect();
         bodies.sort_unstable();
@@ -42,10 +42,10 @@ pub(crate) fn bodies_about(scene: &Scene, point: Vec3) -> BodyStack {
 }
 
 /// The bodies that a probe leaves on its way to infinity without having entered them, in that order.
-fn left_along(scene: &Scene, point: Vec3, direction: Vec3) -> Vec<Left> {
+fn left_along(scene: &Scene, point: Vec3, direction: Vec3, time: f32) -> Vec<Left> {
     let mut entered = Vec::new();
     let mut left = Vec::new();
-    follow(scene, point, direction, f32::INFINITY, |point| {
+    follow(scene, (point, time), direction, f32::INFINITY, |point| {
         let (instance, material) = (point.id.instance, point.material);
         let Some(body) = scene.interiors().body(instance, material) else { return };
         if is_entering(point, direction) {
@@ -59,24 +59,24 @@ fn left_along(scene: &Scene, point: Vec3, direction: Vec3) -> Vec<Left> {
     left
 }
 
-/// The bodies at `to`, those at `from` being known.
-pub(super) fn bodies_along(scene: &Scene, bodies: &BodyStack, from: Vec3, to: Vec3) -> BodyStack {
+/// The bodies at `to`, those at `from` being known, at a shutter time.
+pub(super) fn bodies_along(scene: &Scene, bodies: &BodyStack, from: Vec3, to: Vec3, time: f32) -> BodyStack {
     let mut stack = *bodies;
     let direction = to - from;
     if scene.interiors().has_bodies() && direction != Vec3::ZERO {
-        follow(scene, from, direction, 1.0, |point| scene.interiors().cross(&mut stack, point, direction));
+        follow(scene, (from, time), direction, 1.0, |point| scene.interiors().cross(&mut stack, point, direction));
     }
     stack
 }
 
-/// Every surface on a straight way.
-fn follow(scene: &Scene, from: Vec3, direction: Vec3, t_max: f32, mut meet: impl FnMut(&SurfacePoint)) {
+/// Every surface on a straight way from a point at a time.
+fn follow(scene: &Scene, (from, time): (Vec3, f32), direction: Vec3, t_max: f32, mut meet: impl FnMut(&SurfacePoint)) {
     let mut ray = Ray {
         origin: from.into(),
         t_min: 0.0,
         direction: direction.into(),
         t_max,
-        time: 0.0,
+        time,
         mask: u32::MAX,
         skip: PrimitiveId::NONE,
     };

@@ -24,8 +24,8 @@ pub(super) struct Previous {
 
 impl Previous {
     /// The camera: nothing else could have found what its ray finds.
-    pub fn camera(point: Vec3) -> Self {
-        let context = LightContext { point, normal: Vec3::ZERO, transmits: false };
+    pub fn camera(point: Vec3, time: f32) -> Self {
+        let context = LightContext { point, normal: Vec3::ZERO, transmits: false, time };
         Self { context, density: Density::Discrete(1.0) }
     }
 }
@@ -138,7 +138,7 @@ impl Paths {
         self.samples.push(sample);
         self.throughput.push(Spectrum::ONE);
         self.radiance.push(Spectrum::BLACK);
-        self.previous.push(Previous::camera(Vec3::from(ray.origin)));
+        self.previous.push(Previous::camera(Vec3::from(ray.origin), ray.time));
         if !self.circles.is_empty() {
             self.circles.push(LightCircle::default());
         }

@@ -258,7 +258,7 @@ impl<'a> Vertex<'a> {
 
     fn light_context(&self) -> LightContext {
         let normal = if self.local_wo.z < 0.0 { -self.point.shading_normal } else { self.point.shading_normal };
-        LightContext { point: self.gathers_at(), normal, transmits: self.bsdf.transmits() }
+        LightContext { point: self.gathers_at(), normal, transmits: self.bsdf.transmits(), time: self.point.time }
     }
 }
 
@@ -283,7 +283,7 @@ fn first_hit(context: &Context, vertex: &Vertex, hit: &Hit) -> FirstHit {
     FirstHit {
         albedo: vertex.bsdf.albedo(),
         normal: vertex.point.shading_normal,
-        depth: context.camera.depth(vertex.point.position),
+        depth: context.camera.view(vertex.point.time).depth(vertex.point.position),
         position: (context.scene.center() + vertex.point.position.as_dvec3()).as_vec3(),
         uv: context.scene.texture_coordinates(&vertex.point, hit),
         object: vertex.point.id.instance + 1,

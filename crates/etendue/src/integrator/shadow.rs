@@ -30,7 +30,7 @@ pub(super) struct ShadowQueue {
     open: Vec<u32>,
 }
 
-/// A ray from `origin` to the target, or in direction `wi` for ever.
+/// A ray from `origin` to the target, or in direction `wi` for ever, at time 0.
 pub(super) fn segment(origin: Vec3, wi: Vec3, target: Option<Vec3>, skip: PrimitiveId) -> Ray {
     let (direction, t_max) = target.map_or((wi, f32::INFINITY), |target| (target - origin, 1.0));
     let (origin, direction) = (origin.into(), direction.into());
@@ -94,6 +94,10 @@ impl ShadowQueue {
 
     /// Traces the queue, adds what arrives to the paths' radiance, and empties it. Returns the number of rays traced.
     pub fn trace(&mut self, scene: &Scene, paths: &mut Paths) -> u64 {
+        if scene.is_moving() {
+            let times = self.shadows.iter().map(|shadow| paths.rays[shadow.path as usize].time);
+            self.rays.iter_mut().zip(times).for_each(|(ray, time)| ray.time = time);
+        }
         let hides = !self.travellers.is_empty() && scene.interiors().may_hide();
         let rays = if scene.is_opaque() && !hides { self.trace_unbroken(scene) } else { self.trace_through(scene) };
         // In queue order, so that a path's terms are always summed alike.
@@ -172,7 +176,8 @@ impl ShadowQueue {
             shadow.contribution *= attenuation(scene, traveller, ray, hit);
             scene.interiors().cross(&mut traveller.bodies, &point, direction);
         }
-        let mut onward = segment(point.leave(direction), direction, shadow.target, hit.id);
+        let onward = segment(point.leave(direction), direction, shadow.target, hit.id);
+        let mut onward = Ray { time: ray.time, ..onward };
         if shadow.target.is_none() {
             onward.t_max = ray.t_max - hit.t;
         }

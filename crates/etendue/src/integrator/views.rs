@@ -28,7 +28,7 @@ pub(super) fn shade(context: &Context, view: Integrator, paths: &mut Paths, path
             let uv = context.scene.texture_coordinates(&point, &hit);
             Spectrum([uv.x, uv.y, 0.0])
         }
-        Integrator::Depth => Spectrum::splat(context.camera.depth(point.position)),
+        Integrator::Depth => Spectrum::splat(context.camera.view(point.time).depth(point.position)),
         Integrator::Ids => id_colour(point.id.instance, point.material),
         Integrator::Ao { distance } => {
             let key = paths.samples[path].key;

@@ -85,7 +85,8 @@ pub(super) fn travel(
         return false;
     }
     let flown = Flown { segment, distance, density: flight.density, extinction: densest(medium) };
-    let at = MediumPoint { medium, position: before(context, &ray, &hit, &segment, distance), wo: -segment.direction };
+    let position = before(context, &ray, &hit, &segment, distance);
+    let at = MediumPoint { medium, position, wo: -segment.direction, time: ray.time };
     each_part(context, paths, path, |paths, path| {
         if strategy != Strategy::Bsdf {
             sample_light(context, strategy, paths, path, (&at, &flown), shadows);
@@ -101,11 +102,13 @@ struct MediumPoint<'a> {
     position: Vec3,
     /// Unit, towards where the path comes from.
     wo: Vec3,
+    /// Shutter time.
+    time: f32,
 }
 
 impl MediumPoint<'_> {
     fn light_context(&self) -> LightContext {
-        LightContext { point: self.position, normal: Vec3::ZERO, transmits: true }
+        LightContext { point: self.position, normal: Vec3::ZERO, transmits: true, time: self.time }
     }
 }
 
@@ -182,7 +185,7 @@ fn connect(
     let Some(drawn) = distances(context, densest(medium), segment, chosen.index) else { return };
     let Some(distance) = drawn.sample(sampler.one_d(key, number, Slot::EquiangularDistance)) else { return };
     let position = before(context, &paths.rays[path], &paths.hits[path], segment, distance);
-    let at = MediumPoint { medium, position, wo: -segment.direction };
+    let at = MediumPoint { medium, position, wo: -segment.direction, time: paths.rays[path].time };
     let u = sampler.two_d(key, number, Slot::EquiangularPosition);
     let Some(sample) = context.scene.sample_chosen_light(&at.light_context(), chosen, u) else { return };
     let scattering = medium.scattering_at(at.position);

@@ -2,7 +2,7 @@
 
 use super::{
     Integrator,
-    enclosure::bodies_along,
+    enclosure::{bodies_about, bodies_along},
     lanes::Groups,
     paths::{Paths, SampleId},
     shade::{self, Strategy},
@@ -14,6 +14,7 @@ use crate::{
     bsdf::LANES,
     camera::Camera,
     film::PathSample,
+    motion::Shutter,
     sampling::{FilterSampler, KeyLanes, SampleKey, Sampler, Slot},
     scene::{BodyStack, Scene},
 };
@@ -24,8 +25,10 @@ use etendue_accel::{Kernel, PrimitiveId, Ray, run};
 pub(crate) struct Context<'a> {
     pub scene: &'a Scene,
     pub camera: &'a Camera,
-    /// The bodies in which the middle of the plane lies where rays begin.
+    /// The bodies in which the middle of the plane lies where rays begin, if nothing moves.
     pub camera_bodies: BodyStack,
+    /// How times are drawn; absent where nothing moves, and all is at time 0.
+    pub shutter: Option<Shutter>,
     pub filter: &'a FilterSampler,
     pub sampler: Sampler,
     pub seed: u64,
@@ -157,23 +160,29 @@ impl Wave {
         let (pixel, index, key) = self.starts.samples[i];
         let (offset, weight) = context.filter.sample([self.starts.offsets[0][i], self.starts.offsets[1][i]]);
         let lens = if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
+        let time = context.shutter.map_or(0.0, |shutter| shutter.time(context.sampler.one_d(key, 0, Slot::Time)));
         let [x, y] = pixel.map(|c| c as f32 + 0.5);
-        let camera_ray = context.camera.ray(x + offset.x, y + offset.y, lens);
+        let view = context.camera.view(time);
+        let camera_ray = context.camera.ray_in(&view, x + offset.x, y + offset.y, lens);
         let ray = Ray {
             origin: camera_ray.origin.into(),
             t_min: 0.0,
             direction: camera_ray.direction.into(),
             t_max: f32::INFINITY,
-            time: 0.0,
+            time,
             mask: u32::MAX,
             skip: PrimitiveId::NONE,
         };
         let id = SampleId { key, pixel, index, weight, part: 0 };
-        let cone = context.camera.cone(camera_ray.direction);
+        let cone = view.cone(camera_ray.direction);
         self.paths.push(ray, cone, id, context.wants_layers, context.wants_direct);
         if context.has_media() {
-            let camera = context.camera.start();
-            let bodies = bodies_along(context.scene, &context.camera_bodies, camera, camera_ray.origin);
+            let start = view.start();
+            let bodies = match context.shutter {
+                None => context.camera_bodies,
+                Some(_) => bodies_about(context.scene, start, time),
+            };
+            let bodies = bodies_along(context.scene, &bodies, start, camera_ray.origin, time);
             self.paths.push_bodies(bodies);
         }
     }

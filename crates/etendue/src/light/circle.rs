@@ -62,7 +62,7 @@ impl LightCircle {
     /// What lights need to know of the point; no direction is behind it.
     #[inline]
     pub(super) fn context(&self) -> LightContext {
-        LightContext { point: self.point, normal: Vec3::ZERO, transmits: true }
+        LightContext { point: self.point, normal: Vec3::ZERO, transmits: true, time: 0.0 }
     }
 
     /// Density of tilts at `phi`, per radian.

@@ -23,6 +23,7 @@
 //! the plane, by at least `margin`; a sphere is on the other side of its tangent plane.
 
 pub mod atmosphere;
+mod carried;
 mod circle;
 mod directional;
 mod environment;
@@ -40,6 +41,7 @@ mod table;
 mod tree;
 mod triangle;
 
+pub(crate) use carried::{Carrier, LISTED_AT};
 pub use circle::{Arcs, LightCircle};
 pub use directional::DirectionalLight;
 pub use environment::ConstantEnvironment;
@@ -73,6 +75,8 @@ pub struct LightContext {
     pub normal: Vec3,
     /// True if light from below `normal` counts too.
     pub transmits: bool,
+    /// When: shutter time in [0, 1].
+    pub time: f32,
 }
 
 /// A direction towards a light.

@@ -2,6 +2,7 @@
 
 use super::{
     Light, LightCircle, LightContext, LightSample,
+    carried::{Carrier, Carriers},
     extent::Extent,
     tree::{Gathers, LightTree, MAX_SOURCES, Selected, Source},
 };
@@ -48,6 +49,7 @@ pub struct LightTable {
     /// Probability that one of these is chosen.
     far_share: f32,
     tree: LightTree,
+    carriers: Carriers,
     environment: Option<u32>,
     /// The lights with power that a circle may meet, if they are few.
     few: Option<Box<[u32]>>,
@@ -59,6 +61,16 @@ impl LightTable {
     /// # Errors
     /// [`LightTableError`] above [`MAX_LIGHTS`], or if there is more than one environment.
     pub fn new(lights: Vec<Light>, scene_radius: f64) -> Result<Self, LightTableError> {
+        Self::with_carriers(lights, scene_radius, Vec::new())
+    }
+
+    /// As [`Self::new`], with what moves some of the lights, by ascending indices.
+    pub(crate) fn with_carriers(
+        lights: Vec<Light>,
+        scene_radius: f64,
+        carriers: Vec<Carrier>,
+    ) -> Result<Self, LightTableError> {
+        let carriers = Carriers::new(carriers);
         if lights.len() > MAX_LIGHTS {
             return Err(LightTableError::TooMany { count: lights.len() });
         }
@@ -75,7 +87,7 @@ impl LightTable {
         // Powers are finite and not negative, so the number is all that can be wrong.
         let selection =
             Distribution1D::new(&far_weights).map_err(|_| LightTableError::TooMany { count: far_weights.len() })?;
-        let sources = sources(&lights, &weights);
+        let sources = sources(&lights, &weights, &carriers);
         let near: f64 = sources.iter().map(|source| weights[source.index as usize]).sum();
         let (sky, suns) = (even.map_or(0.0, |i| weights[i]), far_weights.iter().sum::<f64>());
         // Of all light from infinity, and of it without the even sky.
@@ -83,15 +95,22 @@ impl LightTable {
         let far_share = far_share(suns, near);
         let met = |light: &Light| matches!(light, Light::Triangle(_) | Light::Rectangle(_) | Light::Sphere(_));
         let candidates = (0..lights.len()).filter(|&i| met(&lights[i]) && weights[i] > 0.0).map(|i| i as u32);
+        let candidates = candidates.filter(|&i| carriers.of(i).is_none());
         let few: Vec<u32> = candidates.take(FEW + 1).collect();
         let few = (few.len() <= FEW).then(|| few.into());
         let tree = LightTree::new(sources, lights.len());
         let environment = environment.map(|index| index as u32);
         let even = even.map(|index| index as u32);
-        Ok(Self { lights, even, even_share, selection, far, far_share, tree, environment, few })
+        Ok(Self { lights, even, even_share, selection, far, far_share, tree, carriers, environment, few })
     }
 
-    /// The lights, degenerate ones included.
+    /// True for lights that move while the shutter is open.
+    #[inline]
+    pub fn is_carried(&self, index: u32) -> bool {
+        self.carriers.of(index).is_some()
+    }
+
+    /// The lights, degenerate ones included; those that move, as they are in the middle of the exposure.
     #[inline]
     pub fn lights(&self) -> &[Light] {
         &self.lights
@@ -206,7 +225,14 @@ impl LightTable {
     /// As [`LightTable::sample`], towards a light that has been chosen.
     #[inline]
     pub fn sample_chosen(&self, ctx: &LightContext, chosen: Selected, u: [f32; 2]) -> Option<LightSample> {
-        let sample = self.lights.get(chosen.index as usize)?.sample(ctx, u)?;
+        let light = self.lights.get(chosen.index as usize)?;
+        let sample = match self.carriers.of(chosen.index) {
+            None => light.sample(ctx, u)?,
+            Some(carrier) => {
+                let (ctx, way) = carrier.seen_at_middle(ctx);
+                way.back(light.sample(&ctx, u)?)
+            }
+        };
         let density = sample.density.chosen(chosen.probability);
         (density.value() > 0.0).then_some(LightSample { density, ..sample })
     }
@@ -217,7 +243,15 @@ impl LightTable {
     #[inline]
     pub fn pdf_hit(&self, ctx: &LightContext, light: u32, wi: Vec3, distance: f32) -> f32 {
         let probability = self.probability(ctx, light);
-        if probability > 0.0 { probability * self.lights[light as usize].pdf(ctx, wi, distance) } else { 0.0 }
+        let Some(emitter) = self.lights.get(light as usize).filter(|_| probability > 0.0) else { return 0.0 };
+        let density = match self.carriers.of(light) {
+            None => emitter.pdf(ctx, wi, distance),
+            Some(carrier) => {
+                let (ctx, way) = carrier.seen_at_middle(ctx);
+                emitter.pdf(&ctx, way.vector(wi), distance)
+            }
+        };
+        probability * density
     }
 
     /// As [`LightTable::pdf_hit`], for a ray that leaves the scene; 0 without an environment.
@@ -264,7 +298,8 @@ impl LightTable {
         probability: impl FnOnce(f64) -> f64,
         u: f32,
     ) -> Option<(u32, LightSample)> {
-        let light = self.lights.get(index as usize)?;
+        // Carried lights are left to the lobe.
+        let light = self.lights.get(index as usize).filter(|_| !self.is_carried(index))?;
         let arcs = light.arcs(circle);
         let mass = circle.mass(&arcs);
         if mass <= 0.0 {
@@ -286,7 +321,7 @@ impl LightTable {
     /// Density per radian with which [`Self::sample_circle`] draws the unit vector `wi` of the circle towards light `light`, given
     /// that a ray along it meets the light at `distance` metres; 0 where it never does.
     pub fn pdf_circle(&self, circle: &LightCircle, light: u32, wi: Vec3, distance: f32) -> f32 {
-        let Some(emitter) = self.lights.get(light as usize) else { return 0.0 };
+        let Some(emitter) = self.lights.get(light as usize).filter(|_| !self.is_carried(light)) else { return 0.0 };
         let (arcs, phi) = (emitter.arcs(circle), circle.angle(wi));
         if !arcs.contains(phi) || !emitter.is_nearest(&circle.context(), wi, distance) {
             return 0.0;
@@ -327,11 +362,15 @@ fn far_share(far: f64, near: f64) -> f32 {
 }
 
 /// The lights at some place that have power.
-fn sources(lights: &[Light], weights: &[f64]) -> Vec<Source> {
+fn sources(lights: &[Light], weights: &[f64], carriers: &Carriers) -> Vec<Source> {
     let shine = |i: &usize| weights[*i] > 0.0 && !lights[*i].is_infinite();
     let largest = (0..lights.len()).filter(shine).fold(0.0, |most: f64, i| most.max(weights[i]));
     // Scaled, so that no sum overflows; and none so dark that it vanishes.
     let power = |i: usize| ((weights[i] / largest).max(1e-24)) as f32;
-    let source = |i| Some(Source { index: i as u32, power: power(i), extent: Extent::of(&lights[i])? });
+    let extent = |i: usize| {
+        let extent = Extent::of(&lights[i])?;
+        Some(carriers.of(i as u32).map_or(extent, |carrier| carrier.widened(&extent)))
+    };
+    let source = |i| Some(Source { index: i as u32, power: power(i), extent: extent(i)? });
     (0..lights.len()).filter(shine).filter_map(source).collect()
 }

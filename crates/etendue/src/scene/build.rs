@@ -2,19 +2,21 @@
 //! listed, accelerator built.
 
 use super::{
-    FaceLights, Facets, Mesh, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant, emitters,
+    DeltaLight, FaceLights, Facets, Mesh, Object, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant,
+    emitters::{self, Listed, VariedLights},
     interiors::Interiors,
 };
 use crate::{
     bsdf::Bsdf,
-    light::{LightTable, LightTableError},
+    light::{Light, LightTable, LightTableError},
     material::Material,
     math::{DAffine3, DMat3, DVec3, Vec3},
     medium::MediumError,
+    motion::Motion,
     surface::MeshData,
 };
 use etendue_accel::{
-    Accelerator, AcceleratorKind, BuildError, Geometry, Instance, Isa, Sphere, Transform, TriangleMesh, World,
+    Accelerator, AcceleratorKind, BuildError, Geometry, Instance, Isa, Place, Sphere, Transform, TriangleMesh, World,
 };
 use std::sync::Arc;
 
@@ -50,6 +52,9 @@ pub enum SceneError {
     /// A transform is singular or not finite.
     #[error("the transform of object `{0}` is singular or not finite")]
     Transform(String),
+    /// A motion cannot be.
+    #[error("the motion of object `{0}` {1}")]
+    Motion(String, &'static str),
     /// A mesh's arrays do not fit together, or a value is not finite.
     #[error("object `{0}`: {1}")]
     Shape(String, &'static str),
@@ -104,45 +109,93 @@ impl Scene {
         for index in 0..parts.objects.len() {
             builder.place(index)?;
         }
-        let Builder { world, mut placements, stats, .. } = builder;
-        let (mut lights, varied) = emitters::list(&parts, &mut placements);
-        lights.extend(parts.delta_lights.iter().map(|light| distant::delta_light(light, center)));
-        lights.extend(parts.environment.as_ref().and_then(distant::environment_light));
-        if interiors.hides_infinity() {
+        let Builder { world, placements, stats, .. } = builder;
+        let accelerator = Accelerator::build(&world, settings.kind, settings.isa, settings.threads)?;
+        let environment = parts.environment.as_ref().and_then(distant::environment_light);
+        let is_large = placements.iter().map(Placement::mesh_bytes).fold(0, usize::saturating_add) > CACHE;
+        let mut scene = Self {
+            center,
+            is_large,
+            is_moving: is_moving(&placements),
+            placements,
+            facets: Vec::new(),
+            bsdfs: Vec::new(),
+            rectangles: Vec::new(),
+            lights: LightTable::default(),
+            varied: VariedLights::default(),
+            interiors,
+            has_delta_lights: false,
+            accelerator,
+            opaque: true,
+            filters: false,
+            stats: SceneStats { objects: parts.objects.len() as u64, ..stats },
+            parts: without_arrays(parts),
+        };
+        scene.prepare_materials();
+        scene.list_lights(environment)?;
+        scene.count();
+        Ok(scene)
+    }
+
+    /// What is made of materials.
+    pub(super) fn prepare_materials(&mut self) {
+        let materials = &self.parts.materials;
+        self.facets = materials.iter().map(facets).collect();
+        self.bsdfs = materials.iter().map(plain_bsdf).collect();
+        self.opaque = materials.iter().all(Material::is_opaque);
+        self.filters = prepare_textures(materials);
+    }
+
+    /// Lists all lights; that of the environment is known.
+    pub(super) fn list_lights(&mut self, environment: Option<Light>) -> Result<(), SceneError> {
+        let Listed { mut lights, varied, carriers } = emitters::list(&self.parts, &mut self.placements);
+        lights.extend(self.parts.delta_lights.iter().map(|light| distant::delta_light(light, self.center)));
+        lights.extend(environment);
+        if self.interiors.hides_infinity() {
             // Samples would be spent on light that does not arrive.
             lights.retain(|light| !light.is_infinite());
         }
-        let accelerator = Accelerator::build(&world, settings.kind, settings.isa, settings.threads)?;
-        let mut stats = stats;
-        stats.objects = parts.objects.len() as u64;
-        stats.materials = parts.materials.len() as u64;
-        stats.lights = lights.len() as u64;
-        let structure = accelerator.stats();
-        stats.accelerator_nodes = structure.nodes as u64;
-        stats.accelerator_bytes = structure.bytes as u64;
-        let radius = accelerator.bounds().map_or(1.0, |b| {
+        self.has_delta_lights = !self.parts.delta_lights.is_empty();
+        self.lights = LightTable::with_carriers(lights, self.radius(), carriers)?;
+        self.rectangles = super::rectangle_frames(&self.lights, &varied);
+        self.varied = varied;
+        Ok(())
+    }
+
+    /// Of a sphere about the centre that holds everything, metres.
+    pub(super) fn radius(&self) -> f64 {
+        let radius = self.accelerator.bounds().map_or(1.0, |b| {
             let corner = Vec3::from(b.min).abs().max(Vec3::from(b.max).abs());
             corner.length().max(f32::MIN_POSITIVE)
         });
-        let is_large = placements.iter().map(Placement::mesh_bytes).fold(0, usize::saturating_add) > CACHE;
-        Ok(Self {
-            center,
-            is_large,
-            placements,
-            facets: parts.materials.iter().map(facets).collect(),
-            bsdfs: parts.materials.iter().map(plain_bsdf).collect(),
-            rectangles: super::rectangle_frames(&lights, &varied),
-            lights: LightTable::new(lights, f64::from(radius))?,
-            varied,
-            interiors,
-            has_delta_lights: !parts.delta_lights.is_empty(),
-            accelerator,
-            opaque: parts.materials.iter().all(Material::is_opaque),
-            filters: prepare_textures(&parts.materials),
-            materials: parts.materials,
-            stats,
-        })
+        f64::from(radius)
     }
+
+    /// Brings the numbers of what there is up to date.
+    pub(super) fn count(&mut self) {
+        let structure = self.accelerator.stats();
+        let stats = &mut self.stats;
+        stats.materials = self.parts.materials.len() as u64;
+        stats.lights = self.lights.lights().len() as u64;
+        stats.accelerator_nodes = structure.nodes as u64;
+        stats.accelerator_bytes = structure.bytes as u64;
+    }
+}
+
+/// True if anything moves while the shutter is open.
+pub(super) fn is_moving(placements: &[Placement]) -> bool {
+    placements.iter().any(|placement| matches!(placement.place, Place::Moving(_)))
+}
+
+/// Arrays that are in placements already, or have been brought to the world and are not needed again, are let go.
+fn without_arrays(mut parts: SceneParts) -> SceneParts {
+    for shape in &mut parts.shapes {
+        if let Shape::Mesh(mesh) = shape {
+            let (positions, indices) = ([].into(), [].into());
+            *mesh = Mesh { positions, indices, normals: None, uvs: None, colors: None, face_materials: None, ..*mesh };
+        }
+    }
+    parts
 }
 
 /// How vertices on flat faces of a material are made.
@@ -201,27 +254,32 @@ impl<'a> Builder<'a> {
     fn place(&mut self, index: usize) -> Result<(), SceneError> {
         let object = &self.parts.objects[index];
         let to_local = DAffine3::from_translation(-self.center) * object.transform;
-        let (geometry, transform, primitives) = match &self.parts.shapes[object.shape] {
+        let (geometry, inner, primitives) = match &self.parts.shapes[object.shape] {
             Shape::Sphere { center, radius } => self.place_sphere(to_local, *center, *radius, &object.name)?,
             Shape::Rectangle { corner, u, v } => self.place_rectangle(to_local, *corner, *u, *v),
-            Shape::Mesh(mesh) if self.uses[object.shape] > 1 => {
-                self.place_instance(to_local, mesh, object.shape, &object.name)?
-            }
+            Shape::Mesh(mesh) if self.uses[object.shape] > 1 => self.place_instance(mesh, object.shape),
             Shape::Mesh(mesh) => self.place_mesh(to_local, mesh),
+        };
+        let [place, pose] = match (&object.motion, inner) {
+            (Some(motion), _) => places(object, motion, inner, self.center)?,
+            (None, Some(inner)) => [Place::Fixed(rounded(to_local * inner, &object.name)?), Place::World],
+            (None, None) => [Place::World, Place::World],
         };
         let face_materials = match &self.parts.shapes[object.shape] {
             Shape::Mesh(mesh) => mesh.face_materials.clone().filter(|_| object.materials.len() > 1),
             _ => None,
         };
         let is_flat = match &primitives {
-            Primitives::Mesh(mesh) => transform.is_none() && mesh.is_flat(),
+            Primitives::Mesh(mesh) => !place.is_transformed() && mesh.is_flat(),
             Primitives::Sphere { .. } => false,
         };
         let placement = Placement {
             is_flat,
             primitives,
             to_own: rows(to_local.inverse()),
-            transform,
+            place: place.clone(),
+            pose,
+            inner: inner.filter(|_| object.motion.is_some()),
             materials: object.materials.iter().map(|m| *m as u32).collect(),
             face_materials,
             lights: FaceLights::None,
@@ -230,7 +288,7 @@ impl<'a> Builder<'a> {
             Primitives::Mesh(mesh) => self.stats.triangles += mesh.indices.len() as u64,
             Primitives::Sphere { .. } => self.stats.spheres += 1,
         }
-        self.world.instances.push(Instance { geometry, transform, mask: u32::MAX });
+        self.world.instances.push(Instance { geometry, place, mask: u32::MAX });
         self.placements.push(placement);
         Ok(())
     }
@@ -252,7 +310,7 @@ impl<'a> Builder<'a> {
         center: DVec3,
         radius: f64,
         name: &str,
-    ) -> Result<(u32, Option<Transform>, Primitives), SceneError> {
+    ) -> Result<(u32, Option<DAffine3>, Primitives), SceneError> {
         if let Some(scale) = similarity_scale(to_local.matrix3) {
             let center = to_local.transform_point3(center).as_vec3();
             let radius = (radius * scale) as f32;
@@ -262,12 +320,11 @@ impl<'a> Builder<'a> {
             let spheres = Arc::new([Sphere { center: center.into(), radius }]);
             return Ok((self.add_geometry(Geometry::Spheres(spheres)), None, Primitives::Sphere { center, radius }));
         }
-        let unit =
-            to_local * DAffine3::from_scale_rotation_translation(DVec3::splat(radius), glam::DQuat::IDENTITY, center);
+        let unit = DAffine3::from_scale_rotation_translation(DVec3::splat(radius), glam::DQuat::IDENTITY, center);
         let spheres = Arc::new([Sphere { center: [0.0; 3], radius: 1.0 }]);
         let geometry = self.add_geometry(Geometry::Spheres(spheres));
         let primitives = Primitives::Sphere { center: Vec3::ZERO, radius: 1.0 };
-        Ok((geometry, Some(rounded(unit, name)?), primitives))
+        Ok((geometry, Some(unit), primitives))
     }
 
     fn place_rectangle(
@@ -276,7 +333,7 @@ impl<'a> Builder<'a> {
         corner: DVec3,
         u: DVec3,
         v: DVec3,
-    ) -> (u32, Option<Transform>, Primitives) {
+    ) -> (u32, Option<DAffine3>, Primitives) {
         let corners = [corner, corner + u, corner + u + v, corner + v];
         let positions: Vec<_> = corners.map(|p| to_local.transform_point3(p).as_vec3().to_array()).into();
         let mesh = MeshData {
@@ -290,7 +347,7 @@ impl<'a> Builder<'a> {
     }
 
     /// A mesh placed once is baked into world space.
-    fn place_mesh(&mut self, to_local: DAffine3, mesh: &Mesh) -> (u32, Option<Transform>, Primitives) {
+    fn place_mesh(&mut self, to_local: DAffine3, mesh: &Mesh) -> (u32, Option<DAffine3>, Primitives) {
         let place = to_local * DAffine3::from_translation(mesh.origin);
         let positions =
             mesh.positions.iter().map(|p| place.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3().to_array());
@@ -311,13 +368,7 @@ impl<'a> Builder<'a> {
     }
 
     /// A mesh placed more than once keeps its own space.
-    fn place_instance(
-        &mut self,
-        to_local: DAffine3,
-        mesh: &Mesh,
-        shape: usize,
-        name: &str,
-    ) -> Result<(u32, Option<Transform>, Primitives), SceneError> {
+    fn place_instance(&mut self, mesh: &Mesh, shape: usize) -> (u32, Option<DAffine3>, Primitives) {
         let data = MeshData {
             positions: mesh.positions.clone(),
             indices: mesh.indices.clone(),
@@ -330,8 +381,7 @@ impl<'a> Builder<'a> {
             None => self.add_mesh(&data),
         };
         self.shared[shape] = Some(geometry);
-        let transform = rounded(to_local * DAffine3::from_translation(mesh.origin), name)?;
-        Ok((geometry, Some(transform), Primitives::Mesh(data)))
+        (geometry, Some(DAffine3::from_translation(mesh.origin)), Primitives::Mesh(data))
     }
 }
 
@@ -350,6 +400,37 @@ fn similarity_scale(m: DMat3) -> Option<f64> {
 fn rows(m: DAffine3) -> [[f32; 4]; 3] {
     [0, 1, 2].map(|i| {
         [m.matrix3.x_axis[i] as f32, m.matrix3.y_axis[i] as f32, m.matrix3.z_axis[i] as f32, m.translation[i] as f32]
+    })
+}
+
+/// Where the primitives of something that moves are, and the pose alone. `inner` is from their space to the object's; absent
+/// where they are kept as they are in the world without motion, relative to `center`.
+pub(super) fn places(
+    object: &Object,
+    motion: &Motion,
+    inner: Option<DAffine3>,
+    center: DVec3,
+) -> Result<[Place; 2], SceneError> {
+    let wrong = |what| SceneError::Motion(object.name.clone(), what);
+    motion.check().map_err(wrong)?;
+    let (to_center, from_center) = (DAffine3::from_translation(-center), DAffine3::from_translation(center));
+    if let Some(pose) = motion.rest() {
+        let pose = pose.to_affine();
+        let alone = Place::Fixed(rounded(to_center * pose * from_center, &object.name)?);
+        return Ok(match inner {
+            None => [alone.clone(), alone],
+            // As a placement that does not move would be.
+            Some(inner) => [Place::Fixed(rounded(to_center * (pose * object.transform) * inner, &object.name)?), alone],
+        });
+    }
+    let moving = |base: DAffine3| -> Result<Place, SceneError> {
+        let moving = motion.about(base, center).ok_or_else(|| wrong("has poses that are out of range"))?;
+        Ok(Place::Moving(Arc::new(moving)))
+    };
+    let alone = moving(from_center)?;
+    Ok(match inner {
+        None => [alone.clone(), alone],
+        Some(inner) => [moving(object.transform * inner)?, alone],
     })
 }
 
@@ -391,15 +472,11 @@ fn center_of(parts: &SceneParts) -> DVec3 {
 }
 
 fn validate(parts: &SceneParts) -> Result<(), SceneError> {
-    for material in &parts.materials {
-        material.validate().map_err(|e| SceneError::Material(material.name.clone(), e.to_string()))?;
-    }
+    parts.materials.iter().try_for_each(validate_material)?;
     for medium in &parts.media {
         medium.validate().map_err(|error| SceneError::MediumValue(medium.name.clone(), error))?;
     }
-    for (i, light) in parts.delta_lights.iter().enumerate() {
-        distant::validate_delta_light(light).map_err(|what| SceneError::DeltaLight(i, what))?;
-    }
+    validate_delta_lights(&parts.delta_lights)?;
     if let Some(environment) = &parts.environment {
         distant::validate_environment(environment).map_err(SceneError::Environment)?;
     }
@@ -409,7 +486,18 @@ fn validate(parts: &SceneParts) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn validate_object(parts: &SceneParts, object: &super::Object) -> Result<(), SceneError> {
+pub(super) fn validate_material(material: &Material) -> Result<(), SceneError> {
+    material.validate().map_err(|e| SceneError::Material(material.name.clone(), e.to_string()))
+}
+
+pub(super) fn validate_delta_lights(lights: &[DeltaLight]) -> Result<(), SceneError> {
+    let check = |(i, light): (usize, &DeltaLight)| {
+        distant::validate_delta_light(light).map_err(|what| SceneError::DeltaLight(i, what))
+    };
+    lights.iter().enumerate().try_for_each(check)
+}
+
+fn validate_object(parts: &SceneParts, object: &Object) -> Result<(), SceneError> {
     let reference = |what, index, count| SceneError::Reference { object: object.name.clone(), what, index, count };
     let shape = parts.shapes.get(object.shape).ok_or_else(|| reference("shape", object.shape, parts.shapes.len()))?;
     if object.materials.is_empty() {
@@ -439,7 +527,7 @@ fn validate_object(parts: &SceneParts, object: &super::Object) -> Result<(), Sce
     Ok(())
 }
 
-fn validate_mesh(mesh: &Mesh, object: &super::Object) -> Result<(), SceneError> {
+fn validate_mesh(mesh: &Mesh, object: &Object) -> Result<(), SceneError> {
     let wrong = |what| Err(SceneError::Shape(object.name.clone(), what));
     let vertices = mesh.positions.len();
     if mesh.indices.iter().flatten().any(|i| *i as usize >= vertices) {

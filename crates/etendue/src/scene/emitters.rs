@@ -3,13 +3,14 @@
 
 use super::{FaceLights, Object, Placement, Primitives, SceneParts, Shape, emission_map::EmissionMap};
 use crate::{
-    light::{Light, LightSample, RectangleLight, SphereLight, TriangleLight},
+    light::{Carrier, LISTED_AT, Light, LightSample, RectangleLight, SphereLight, TriangleLight},
     material::{Emission, Material},
     math::{DVec3, Vec2, Vec3},
     spectrum::Spectrum,
     surface::{MeshData, NO_LIGHT, face_normal, lookup, orient, texture_coordinates_at},
     texture::Lookup,
 };
+use etendue_accel::{Place, Transform};
 
 /// Most pieces of a face along one of its sides.
 const MAX_SIDE: u32 = 256;
@@ -129,13 +130,13 @@ impl VariedLights {
         self.find(index).is_some()
     }
 
-    /// Gives a sample of light `index` the radiance at its point.
+    /// Gives a sample of light `index` at a time the radiance at its point.
     #[inline]
     pub fn look_up(
         &self,
         placements: &[Placement],
         materials: &[Material],
-        index: u32,
+        (index, time): (u32, f32),
         sample: LightSample,
     ) -> LightSample {
         let Some(varied) = self.find(index) else { return sample };
@@ -146,24 +147,41 @@ impl VariedLights {
         let position = sample.target.unwrap_or_default();
         let found = match varied.cut {
             // A rectangle's own coordinates are its texture coordinates.
-            Cut::Rectangle(_) => Lookup { uv: Vec2::from(at), ..lookup(placement, varied.face, [0.0; 2], position) },
-            _ => lookup(placement, varied.face, at, position),
+            Cut::Rectangle(_) => {
+                Lookup { uv: Vec2::from(at), ..lookup(placement, varied.face, [0.0; 2], position, time) }
+            }
+            _ => lookup(placement, varied.face, at, position, time),
         };
         LightSample { radiance: materials[placement.material(varied.face) as usize].glow(&found), ..sample }
     }
 }
 
 /// Lists the lights of all placements, in their order, and tells each placement which lights its faces are.
-pub(super) fn list(parts: &SceneParts, placements: &mut [Placement]) -> (Vec<Light>, VariedLights) {
+pub(super) fn list(parts: &SceneParts, placements: &mut [Placement]) -> Listed {
     let map = |material: &Material| material.emission.as_ref().and_then(|e| EmissionMap::new(&e.radiance));
     let maps: Vec<Option<EmissionMap>> = parts.materials.iter().map(map).collect();
     let mut lister = Lister { parts, maps, scale: 1.0, lights: Vec::new(), varied: Vec::new() };
     let pieces: f64 = placements.iter().zip(&parts.objects).map(|(p, object)| lister.pieces(p, object)).sum();
     lister.scale = (MAX_PIECES / pieces.max(1.0)).sqrt().min(1.0);
+    let mut carriers = Vec::new();
     for (index, (placement, object)) in placements.iter_mut().zip(&parts.objects).enumerate() {
+        let first = lister.lights.len() as u32;
         placement.lights = lister.list(index as u32, placement, object);
+        let end = lister.lights.len() as u32;
+        if let Place::Moving(motion) = &placement.pose
+            && end > first
+        {
+            carriers.push(Carrier::new(first..end, motion.clone()));
+        }
     }
-    (lister.lights, VariedLights(lister.varied))
+    Listed { lights: lister.lights, varied: VariedLights(lister.varied), carriers }
+}
+
+/// The lights of all placements, those that move as they are in the middle of the exposure.
+pub(super) struct Listed {
+    pub lights: Vec<Light>,
+    pub varied: VariedLights,
+    pub carriers: Vec<Carrier>,
 }
 
 struct Lister<'a> {
@@ -293,7 +311,10 @@ impl Lister<'_> {
         let Some(glow) = self.glow(placement, 0) else { return FaceLights::None };
         let Some(cut) = Self::full_cut(placement, 0, &glow, true) else { return FaceLights::None };
         let cut = cut.coarser(self.scale);
-        let [a, b, _, d] = [0, 1, 2, 3].map(|i: usize| Vec3::from(mesh.positions[i]));
+        let transform = placement.place.at(LISTED_AT);
+        let corner =
+            |i: usize| Vec3::from(transform.map_or(mesh.positions[i], |t| t.point_to_world(mesh.positions[i])));
+        let [a, b, _, d] = [0, 1, 2, 3].map(corner);
         // Mirrored placements turn the winding round, and with it the front.
         let swap = mesh.indices[0] != [0, 1, 2];
         let (is_varied, two_sided, first) = (glow.is_varied, glow.two_sided, self.lights.len() as u32);
@@ -315,12 +336,12 @@ impl Lister<'_> {
     }
 
     fn list_triangles(&mut self, index: u32, placement: &Placement, mesh: &MeshData) -> FaceLights {
-        let mirrored = placement.transform.as_ref().is_some_and(|t| t.determinant() < 0.0);
+        let transform = placement.place.at(LISTED_AT);
         let count = mesh.indices.len();
         let mut firsts = Vec::with_capacity(count);
         let mut sides = Vec::new();
         for face in 0..count as u32 {
-            let side = self.list_triangle(index, placement, mesh, face, mirrored);
+            let side = self.list_triangle(index, placement, mesh, face, transform.as_ref());
             firsts.push(side.map_or(NO_LIGHT, |(first, _)| first));
             let side = side.map_or(1, |(_, side)| side);
             if side > 1 && sides.is_empty() {
@@ -340,7 +361,7 @@ impl Lister<'_> {
         placement: &Placement,
         mesh: &MeshData,
         face: u32,
-        mirrored: bool,
+        transform: Option<&Transform>,
     ) -> Option<(u32, u32)> {
         let glow = self.glow(placement, face)?;
         let cut = Self::full_cut(placement, face, &glow, false)?.coarser(self.scale);
@@ -351,10 +372,9 @@ impl Lister<'_> {
             None => winding,
             Some(n) => orient(winding, corners.iter().map(|i| Vec3::from(n[*i as usize])).sum()),
         };
-        let [a, b, c] =
-            own.map(|p| Vec3::from(placement.transform.as_ref().map_or(p.into(), |t| t.point_to_world(p.into()))));
+        let [a, b, c] = own.map(|p| Vec3::from(transform.map_or(p.into(), |t| t.point_to_world(p.into()))));
         // The light's front is the side of its winding.
-        let swap = (front.dot(winding) < 0.0) != mirrored;
+        let swap = (front.dot(winding) < 0.0) != transform.is_some_and(|t| t.determinant() < 0.0);
         let (is_varied, two_sided, first) = (glow.is_varied, glow.two_sided, self.lights.len() as u32);
         let pieces = (0..cut.count()).map(|piece| {
             let [corner, u, v] = cut.frame(piece);
@@ -384,14 +404,14 @@ fn corner_uvs(placement: &Placement, face: u32, cut: Cut, piece: u32) -> [Vec2; 
     let [corner, u, v] = cut.frame(piece);
     let at = |point: Vec2| match cut {
         Cut::Rectangle(_) => point,
-        _ => texture_coordinates_at(placement, face, point.to_array(), Vec3::ZERO),
+        _ => texture_coordinates_at(placement, face, point.to_array(), Vec3::ZERO, LISTED_AT),
     };
     let fourth = if matches!(cut, Cut::Rectangle(_)) { at(corner + u + v) } else { at(corner) };
     [at(corner), at(corner + u), at(corner + v), fourth]
 }
 
 fn sphere_light(placement: &Placement, center: Vec3, radius: f32, radiance: Spectrum, two_sided: bool) -> SphereLight {
-    match &placement.transform {
+    match placement.place.at(LISTED_AT) {
         None => SphereLight { two_sided, ..SphereLight::round(center, radius, radiance) },
         Some(transform) => {
             let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| transform.vector_to_world((axis * radius).into()).into());

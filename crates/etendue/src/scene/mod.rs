@@ -4,10 +4,12 @@ mod build;
 mod distant;
 mod emission_map;
 mod emitters;
+mod frame;
 mod interiors;
 mod parts;
 
 pub use build::{AcceleratorSettings, SceneError};
+pub use frame::FrameChanges;
 pub use interiors::MAX_NESTED;
 pub(crate) use interiors::{BodyStack, Interiors, Meeting, is_entering};
 pub use parts::{DeltaLight, Environment, Mesh, Object, SceneParts, Shape};
@@ -16,23 +18,28 @@ use crate::{
     bsdf::{Bsdf, InLanes},
     light::{Light, LightCircle, LightContext, LightSample, LightTable, RectangleFrame, Selected},
     material::Material,
-    math::{DVec3, Frame, Vec2, Vec3},
+    math::{DAffine3, DVec3, Frame, Vec2, Vec3},
     spectrum::Spectrum,
     surface::{self, Chart, MeshData, NO_LIGHT, SurfacePoint},
     texture::Lookup,
 };
 use emitters::{Cut, VariedLights};
-use etendue_accel::{Accelerator, Hit, Ray, Transform, prefetch};
+use etendue_accel::{Accelerator, Hit, Place, Ray, prefetch};
 use std::sync::Arc;
 
 /// What one instance of the accelerator's world looks like: one a scene object, in the same order.
 #[derive(Debug)]
 pub(crate) struct Placement {
     pub primitives: Primitives,
-    /// From the world (relative to the scene's centre) to the object's own space, before its transform: rows.
+    /// From the world without motion (relative to the scene's centre) to the object's own space, before its transform: rows.
     pub to_own: [[f32; 4]; 3],
-    /// `None` where the primitives are in world space already.
-    pub transform: Option<Transform>,
+    /// From the primitives' space to the world.
+    pub place: Place,
+    /// From the world without motion (relative to the scene's centre) to where the object is; the world's for what never
+    /// moves.
+    pub pose: Place,
+    /// From the primitives' space to the object's, for what may move and is not kept as it is in the world without motion.
+    inner: Option<DAffine3>,
     /// Materials of the object; at least one.
     materials: Box<[u32]>,
     /// Which of them each face has; absent: the first.
@@ -89,7 +96,7 @@ impl Placement {
             FaceLights::None => NO_LIGHT,
             FaceLights::One(light) => *light,
             FaceLights::Grid { first, cells } => {
-                let at = surface::texture_coordinates_at(self, hit.id.primitive, [hit.u, hit.v], Vec3::ZERO);
+                let at = surface::texture_coordinates_at(self, hit.id.primitive, [hit.u, hit.v], Vec3::ZERO, 0.0);
                 first + Cut::Rectangle(*cells).piece_of(at.to_array())
             }
             FaceLights::Each { firsts, sides } => {
@@ -133,12 +140,13 @@ pub struct SceneStats {
     pub accelerator_bytes: u64,
 }
 
-/// The frames of rectangles whose emission has no texture, up to the last one.
-fn rectangle_frames(lights: &[Light], varied: &VariedLights) -> Vec<Option<Box<RectangleFrame>>> {
+/// The frames of rectangles at rest whose emission has no texture, up to the last one.
+fn rectangle_frames(lights: &LightTable, varied: &VariedLights) -> Vec<Option<Box<RectangleFrame>>> {
+    let (table, lights) = (lights, lights.lights());
     let is_rectangle = |light: &Light| matches!(light, Light::Rectangle(_));
     let count = lights.iter().rposition(is_rectangle).map_or(0, |last| last + 1);
     let frame = |(index, light): (usize, &Light)| match light {
-        Light::Rectangle(rectangle) if !varied.contains(index as u32) => {
+        Light::Rectangle(rectangle) if !varied.contains(index as u32) && !table.is_carried(index as u32) => {
             Some(RectangleFrame::of(rectangle)).filter(RectangleFrame::has_map).map(Box::new)
         }
         _ => None,
@@ -150,7 +158,10 @@ fn rectangle_frames(lights: &[Light], varied: &VariedLights) -> Vec<Option<Box<R
 pub struct Scene {
     center: DVec3,
     placements: Vec<Placement>,
-    materials: Vec<Material>,
+    /// What it was built from, without the arrays of meshes.
+    parts: SceneParts,
+    /// True if anything moves while the shutter is open.
+    is_moving: bool,
     /// Of materials without textures and relief.
     bsdfs: Vec<Option<Bsdf>>,
     /// Of each material.
@@ -195,32 +206,39 @@ impl Scene {
     #[inline]
     pub fn sample_chosen_light(&self, ctx: &LightContext, chosen: Selected, u: [f32; 2]) -> Option<LightSample> {
         let sample = self.lights.sample_chosen(ctx, chosen, u)?;
-        Some(self.varied.look_up(&self.placements, &self.materials, chosen.index, sample))
+        Some(self.varied.look_up(&self.placements, self.materials(), (chosen.index, ctx.time), sample))
     }
 
-    /// What is constant about light `index`, if it is a rectangle whose emission has no texture.
+    /// What is constant about light `index`, if it is a rectangle at rest whose emission has no texture.
     #[inline]
     pub(crate) fn uniform_rectangle(&self, index: u32) -> Option<&RectangleFrame> {
         self.rectangles.get(index as usize)?.as_deref()
     }
 
-    /// Light `index`, if its radiance has no texture.
+    /// Light `index`, if it rests and its radiance has no texture.
     #[inline]
     pub(crate) fn uniform_light(&self, index: u32) -> Option<&Light> {
-        self.lights.lights().get(index as usize).filter(|_| !self.varied.contains(index))
+        let plain = |_: &&Light| !self.varied.contains(index) && !self.lights.is_carried(index);
+        self.lights.lights().get(index as usize).filter(plain)
     }
 
     /// A direction of a circle towards a light, as [`LightTable::sample_circle`], with the radiance at the sampled point.
     #[inline(never)]
     pub fn sample_light_circle(&self, circle: &LightCircle, u_select: f64, u: [f32; 2]) -> Option<LightSample> {
         let (index, sample) = self.lights.sample_circle(circle, u_select, u)?;
-        Some(self.varied.look_up(&self.placements, &self.materials, index, sample))
+        Some(self.varied.look_up(&self.placements, self.materials(), (index, 0.0), sample))
     }
 
     /// Radiance from outside of everything along the unit vector `wi`.
     #[inline]
     pub fn environment_radiance(&self, wi: Vec3) -> Spectrum {
         self.lights.environment_radiance(wi)
+    }
+
+    /// True if anything moves while the shutter is open.
+    #[inline]
+    pub fn is_moving(&self) -> bool {
+        self.is_moving
     }
 
     /// True if no surface lets rays pass straight through.
@@ -239,6 +257,16 @@ impl Scene {
         self.has_delta_lights
     }
 
+    /// The objects that it was built from.
+    pub(crate) fn objects(&self) -> &[Object] {
+        &self.parts.objects
+    }
+
+    /// What the instances of the accelerator's world look like.
+    pub(crate) fn placements(&self) -> &[Placement] {
+        &self.placements
+    }
+
     /// What fills space, and where.
     pub(crate) fn interiors(&self) -> &Interiors {
         &self.interiors
@@ -246,7 +274,7 @@ impl Scene {
 
     /// The materials, as given.
     pub fn materials(&self) -> &[Material] {
-        &self.materials
+        &self.parts.materials
     }
 
     /// Scattering of material `index`, if it is the same everywhere and the material has no relief.
@@ -308,8 +336,8 @@ impl Scene {
     #[inline(never)]
     fn textured_facet(&self, placement: &Placement, hit: &Hit, corners: [Vec3; 3]) -> Option<InLanes> {
         let (position, ..) = surface::flat_point(corners, hit.u, hit.v);
-        let at = surface::lookup(placement, hit.id.primitive, [hit.u, hit.v], position);
-        self.materials[placement.material(hit.id.primitive) as usize].scattering.at(&at).bsdf().in_lanes()
+        let at = surface::lookup(placement, hit.id.primitive, [hit.u, hit.v], position, 0.0);
+        self.materials()[placement.material(hit.id.primitive) as usize].scattering.at(&at).bsdf().in_lanes()
     }
 
     /// The full surface point of a hit that `ray` made.
@@ -323,28 +351,44 @@ impl Scene {
     // Kept out of the loop over vertices, most of which do without.
     #[inline(never)]
     pub fn bsdf_within(&self, point: &SurfacePoint, at: &Lookup, surroundings: f32) -> Bsdf {
-        self.materials[point.material as usize].scattering.at(at).within(surroundings).bsdf()
+        self.materials()[point.material as usize].scattering.at(at).within(surroundings).bsdf()
     }
 
     /// Shading normal at a hit with the relief of its material, unit length; `None` where there is no relief.
     #[inline(never)]
     pub fn detailed_normal(&self, point: &SurfacePoint, hit: &Hit, at: &Lookup) -> Option<Vec3> {
-        let relief = self.materials[point.material as usize].relief.as_ref()?;
+        let relief = self.materials()[point.material as usize].relief.as_ref()?;
         Some(relief.normal(point.shading_normal, at, &self.chart(point, hit)))
     }
 
     /// The shading frame at a hit for a BSDF that has directions, about the point's shading normal.
     #[inline(never)]
     pub fn directed_frame(&self, point: &SurfacePoint, hit: &Hit) -> Frame {
-        let field = &self.materials[point.material as usize].tangent;
-        let position = self.center + point.position.as_dvec3();
-        field.frame(position, point.shading_normal, || self.chart(point, hit), || self.lookup(point, hit))
+        let field = &self.materials()[point.material as usize].tangent;
+        let pose = self.placements[hit.id.instance as usize].pose.at(point.time);
+        let Some(pose) = pose else {
+            let position = self.center + point.position.as_dvec3();
+            return field.frame(position, point.shading_normal, || self.chart(point, hit), || self.lookup(point, hit));
+        };
+        // Fields go along with what moves: the frame is made where it would be without motion.
+        let home = |v: Vec3| Vec3::from(pose.vector_to_object(v.into()));
+        let position = self.center + Vec3::from(pose.point_to_object(point.position.into())).as_dvec3();
+        let chart = || {
+            let chart = self.chart(point, hit);
+            Chart { dpdu: home(chart.dpdu), dpdv: home(chart.dpdv), ..chart }
+        };
+        let normal = home(point.shading_normal).normalize();
+        let frame = field.frame(position, normal, chart, || self.lookup(point, hit));
+        let along = Vec3::from(pose.vector_to_world(frame.s.into()));
+        let within = along - point.shading_normal * along.dot(point.shading_normal);
+        Frame::from_tangent(point.shading_normal, within.normalize())
     }
 
     /// Where textures are looked up at a hit, as a point.
     #[inline(never)]
     pub fn lookup(&self, point: &SurfacePoint, hit: &Hit) -> Lookup {
-        surface::lookup(&self.placements[hit.id.instance as usize], hit.id.primitive, [hit.u, hit.v], point.position)
+        let placement = &self.placements[hit.id.instance as usize];
+        surface::lookup(placement, hit.id.primitive, [hit.u, hit.v], point.position, point.time)
     }
 
     /// Where textures are looked up at a hit, and over how much of the surface: what a cone about the path covers whose
@@ -375,7 +419,7 @@ impl Scene {
     /// Fraction of the surface that is there, in [0, 1], at a hit.
     #[inline]
     pub fn opacity(&self, point: &SurfacePoint, hit: &Hit) -> f32 {
-        let opacity = &self.materials[point.material as usize].opacity;
+        let opacity = &self.materials()[point.material as usize].opacity;
         let value = match &opacity.texture {
             None => opacity.factor,
             Some(_) => opacity.at(&self.lookup(point, hit)),

@@ -5,6 +5,7 @@ use crate::{
     material::Material,
     math::{DAffine3, DMat3, DVec3},
     medium::Medium,
+    motion::Motion,
     spectrum::Spectrum,
 };
 use std::sync::Arc;
@@ -64,6 +65,11 @@ pub struct Object {
     pub transform: DAffine3,
     /// Indices into [`SceneParts::materials`], at least one; a face picks by [`Mesh::face_materials`].
     pub materials: Vec<usize>,
+    /// For what moves at some time, now or in another frame: its poses while the shutter is open, `world = pose(time) *
+    /// transform`. Such an object keeps its place in the renderer's structures when it moves on, see
+    /// [`Scene::with_frame`](super::Scene::with_frame). Absent: it never moves. Textures and directions of grooves go along;
+    /// media with varying density do not: these stay where they are in the world.
+    pub motion: Option<Motion>,
 }
 
 /// A light that no ray can meet: without extent, or of one direction.

@@ -47,7 +47,7 @@ impl Parts {
 
     pub fn place(&mut self, shape: usize, transform: DAffine3, material: usize) {
         let name = format!("o{}", self.0.objects.len());
-        self.0.objects.push(Object { name, shape, transform, materials: vec![material] });
+        self.0.objects.push(Object { name, shape, transform, materials: vec![material], motion: None });
     }
 
     pub fn sphere(&mut self, center: DVec3, radius: f64, material: usize) {

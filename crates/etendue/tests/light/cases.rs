@@ -133,7 +133,7 @@ pub fn with_surface() -> Vec<Case> {
         for ((name, light), points) in flat.chain(round) {
             for (i, &[x, y, z]) in points.iter().enumerate() {
                 let (normal, transmits) = gathers()[i % 3];
-                let ctx = LightContext { point: at.point(dvec3(x, y, z)), normal, transmits };
+                let ctx = LightContext { point: at.point(dvec3(x, y, z)), normal, transmits, time: 0.0 };
                 let name = format!("{name} from ({x}, {y}, {z}), {}", at.name);
                 cases.push(Case { name, light: light.clone(), ctx });
             }
@@ -179,7 +179,7 @@ pub fn without_surface() -> Vec<Case> {
         ];
         for (name, light) in lights {
             for (i, (normal, transmits)) in gathers().into_iter().enumerate() {
-                let ctx = LightContext { point: at.point(dvec3(0.4, 0.3, -0.5)), normal, transmits };
+                let ctx = LightContext { point: at.point(dvec3(0.4, 0.3, -0.5)), normal, transmits, time: 0.0 };
                 cases.push(Case { name: format!("{name}, gathering {i}, {}", at.name), light: light.clone(), ctx });
             }
         }

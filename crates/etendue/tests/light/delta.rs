@@ -8,7 +8,7 @@ use etendue::{
 };
 
 fn gatherer(point: Vec3) -> LightContext {
-    LightContext { point, normal: Vec3::ZERO, transmits: false }
+    LightContext { point, normal: Vec3::ZERO, transmits: false, time: 0.0 }
 }
 
 /// What a spot sends through a sphere of radius 1 about it is its power.

@@ -295,7 +295,7 @@ fn check_target(case: &Case, sample: &LightSample) {
 #[test]
 fn the_far_side_of_a_sphere_has_no_density() {
     let sphere = SphereLight { two_sided: true, ..SphereLight::round(Vec3::ZERO, 0.5, RADIANCE) };
-    let ctx = LightContext { point: Vec3::new(0.0, 0.0, 2.0), normal: Vec3::ZERO, transmits: false };
+    let ctx = LightContext { point: Vec3::new(0.0, 0.0, 2.0), normal: Vec3::ZERO, transmits: false, time: 0.0 };
     let light = Light::Sphere(sphere);
     assert!(light.pdf(&ctx, Vec3::NEG_Z, 1.5) > 0.0);
     assert_eq!(light.pdf(&ctx, Vec3::NEG_Z, 2.5), 0.0);

@@ -156,7 +156,7 @@ fn textbook_values() {
             .collect::<Moments>()
     };
     // A sphere straight above: E = pi L (R / d)^2.
-    let ctx = LightContext { point: Vec3::ZERO, normal: Vec3::Z, transmits: false };
+    let ctx = LightContext { point: Vec3::ZERO, normal: Vec3::Z, transmits: false, time: 0.0 };
     for distance in [1.01f32, 3.0, 1e6] {
         let sphere = SphereLight::round(Vec3::new(0.0, 0.0, distance), 1.0, RADIANCE);
         let expected = PI * radiance / f64::from(distance).powi(2);
@@ -185,7 +185,7 @@ fn textbook_values() {
 #[test]
 fn both_sides_of_a_sheet() {
     let light = Light::Environment(etendue::light::ConstantEnvironment { radiance: RADIANCE });
-    let ctx = LightContext { point: Vec3::ZERO, normal: Vec3::new(0.6, 0.0, 0.8), transmits: true };
+    let ctx = LightContext { point: Vec3::ZERO, normal: Vec3::new(0.6, 0.0, 0.8), transmits: true, time: 0.0 };
     let mut rng = Rng::new(9);
     let estimate: Moments = (0..samples(50_000, 1_000_000))
         .map(|_| {

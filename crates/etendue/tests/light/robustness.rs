@@ -107,7 +107,7 @@ fn ugly_context(rng: &mut Rng, light: &Light) -> LightContext {
     };
     let [x, y, z] = rng.direction();
     let normal = if one_in(3, rng) { Vec3::ZERO } else { Vec3::new(x as f32, y as f32, z as f32) };
-    LightContext { point, normal, transmits: one_in(2, rng) }
+    LightContext { point, normal, transmits: one_in(2, rng), time: 0.0 }
 }
 
 fn check(light: &Light, ctx: &LightContext, u: [f32; 2]) -> bool {
@@ -153,7 +153,7 @@ fn contexts_on_the_light_gather_nothing() {
                 _ => unreachable!("flat lights only"),
             };
             for point in [a, b, c, (a + b) * 0.5, (a + b + c) / 3.0, a + (a - b), b * 3.0 - c - a] {
-                let ctx = LightContext { point, normal: Vec3::ZERO, transmits: true };
+                let ctx = LightContext { point, normal: Vec3::ZERO, transmits: true, time: 0.0 };
                 let sample = light.sample(&ctx, [0.3, 0.6]);
                 assert!(sample.is_none(), "{name} from {point}: {sample:?}");
                 assert_eq!(light.pdf(&ctx, Vec3::Z, 1.0), 0.0, "{name} from {point}");
@@ -162,7 +162,7 @@ fn contexts_on_the_light_gather_nothing() {
         for (name, light) in cases::round(&at) {
             let Light::Sphere(sphere) = light else { unreachable!("spheres only") };
             for axis in sphere.axes {
-                let ctx = LightContext { point: sphere.center + axis, normal: Vec3::ZERO, transmits: true };
+                let ctx = LightContext { point: sphere.center + axis, normal: Vec3::ZERO, transmits: true, time: 0.0 };
                 let mut rng = Rng::new(6);
                 let drawn = (0..2000).filter(|_| light.sample(&ctx, rng.f32x2()).is_some()).count();
                 // From a point on it, a sphere that emits inward fills one half of all directions.

@@ -10,7 +10,8 @@ use etendue::{
     math::Vec3,
 };
 use etendue_accel::{
-    Accelerator, AcceleratorKind, Geometry, Instance, Isa, PrimitiveId, Ray, Sphere, Transform, TriangleMesh, World,
+    Accelerator, AcceleratorKind, Geometry, Instance, Isa, Place, PrimitiveId, Ray, Sphere, Transform, TriangleMesh,
+    World,
 };
 use etendue_testkit::Rng;
 
@@ -37,7 +38,8 @@ fn geometry(light: &Light) -> Option<(Geometry, Option<Transform>)> {
 }
 
 fn accelerator(geometry: Geometry, transform: Option<Transform>) -> Accelerator {
-    let instances = vec![Instance { geometry: 0, transform, mask: u32::MAX }];
+    let place = transform.map_or(Place::World, Place::Fixed);
+    let instances = vec![Instance { geometry: 0, place, mask: u32::MAX }];
     let world = World { geometries: vec![geometry], instances };
     Accelerator::build(&world, AcceleratorKind::Brute, Isa::Portable, 1).unwrap()
 }

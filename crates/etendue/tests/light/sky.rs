@@ -9,7 +9,7 @@ use etendue::{
 use etendue_testkit::{Moments, Rng, chi2::ChiSquare, sidak, ttest::t_test};
 use std::{f64::consts::PI, sync::Arc};
 
-const ANYWHERE: LightContext = LightContext { point: Vec3::ZERO, normal: Vec3::ZERO, transmits: false };
+const ANYWHERE: LightContext = LightContext { point: Vec3::ZERO, normal: Vec3::ZERO, transmits: false, time: 0.0 };
 
 fn map(width: u32, height: u32, mut texel: impl FnMut(u32, u32) -> [f32; 3]) -> Arc<RadianceMap> {
     let at = |i: u32| (i % width, i / width);

@@ -57,7 +57,7 @@ fn contexts() -> Vec<LightContext> {
             let (surface, transmits) = gathers[i % 3];
             let point = (direction(&mut rng) * rng.range(0.0, 6.0)).as_vec3();
             let normal = if surface { direction(&mut rng).as_vec3() } else { Vec3::ZERO };
-            LightContext { point, normal, transmits }
+            LightContext { point, normal, transmits, time: 0.0 }
         })
         .collect()
 }
@@ -162,7 +162,7 @@ fn scattered_lamps_have_little_variance() {
     let table = LightTable::new(lights, 8.0).unwrap();
     for _ in 0..20 {
         let point = Vec3::new(rng.range(-4.0, 4.0) as f32, 0.0, rng.range(-4.0, 4.0) as f32);
-        let ctx = LightContext { point, normal: Vec3::Y, transmits: false };
+        let ctx = LightContext { point, normal: Vec3::Y, transmits: false, time: 0.0 };
         let estimate: Moments =
             (0..4000).map(|_| gathered(table.sample(&ctx, rng.f64(), rng.f32x2()), DVec3::Y)).collect();
         // Choices by power alone would have a relative variance above 20.
@@ -180,7 +180,7 @@ fn choices_go_where_light_comes_from() {
         Light::Rectangle(RectangleLight { corner: at, u, v, radiance: RADIANCE, two_sided: false })
     };
     let table = |lights| LightTable::new(lights, 10.0).unwrap();
-    let ctx = LightContext { point: Vec3::ZERO, normal: Vec3::Y, transmits: false };
+    let ctx = LightContext { point: Vec3::ZERO, normal: Vec3::Y, transmits: false, time: 0.0 };
     let share = |lights| table(lights).probability(&ctx, 0);
     // Five times as far: 1/25 of the light; the other way round: none, but for the slack of bounds.
     let far = share(vec![facing(Vec3::Y, true), facing(Vec3::Y * 5.0, true)]);
@@ -214,7 +214,7 @@ fn power_of_each_kind() {
 #[test]
 fn densities_include_the_choice() {
     let table = LightTable::new(crowd(200, 2), 4.0).unwrap();
-    let ctx = LightContext { point: Vec3::new(0.1, 0.2, 0.3), normal: Vec3::Y, transmits: true };
+    let ctx = LightContext { point: Vec3::new(0.1, 0.2, 0.3), normal: Vec3::Y, transmits: true, time: 0.0 };
     let mut rng = Rng::new(1);
     for _ in 0..20_000 {
         let (select, u) = (rng.f64(), rng.f32x2());
@@ -240,7 +240,7 @@ fn irradiance_of_many_lights() {
     let point = Vec3::new(0.1, -0.2, 0.3);
     for (test, n) in [2, 3, 10, 100, 3000].into_iter().enumerate() {
         let lights = crowd(n, 40 + n as u64);
-        let ctx = LightContext { point, normal: Vec3::new(0.6, 0.0, 0.8), transmits: false };
+        let ctx = LightContext { point, normal: Vec3::new(0.6, 0.0, 0.8), transmits: false, time: 0.0 };
         let normal = double(ctx.normal);
         let expected: f64 = lights
             .iter()
@@ -275,7 +275,8 @@ fn a_million_lights() {
         }
     }
     let whole = RectangleLight { corner: corner(0, 0), u: Vec3::Y, v: Vec3::X, radiance: RADIANCE, two_sided: false };
-    let ctx = LightContext { point: Vec3::new(0.2, 0.1, 0.3), normal: Vec3::new(0.6, 0.0, 0.8), transmits: false };
+    let ctx =
+        LightContext { point: Vec3::new(0.2, 0.1, 0.3), normal: Vec3::new(0.6, 0.0, 0.8), transmits: false, time: 0.0 };
     let expected = closed_form(&Light::Rectangle(whole), ctx.point, double(ctx.normal));
     let table = LightTable::new(lights, 2.0).unwrap();
     assert!((total_probability(&table, &ctx) - 1.0).abs() < 1e-3);
@@ -304,7 +305,7 @@ fn degenerate_lights_are_left_out() {
     ];
     let only_bad: Vec<Light> = lights.iter().filter(|l| **l != lights[1]).cloned().collect();
     let table = LightTable::new(lights, 1.0).unwrap();
-    let ctx = LightContext { point: Vec3::Z, normal: Vec3::Z, transmits: true };
+    let ctx = LightContext { point: Vec3::Z, normal: Vec3::Z, transmits: true, time: 0.0 };
     assert_eq!(table.probability(&ctx, 1), 1.0);
     assert_eq!(total_probability(&table, &ctx), 1.0);
     assert!((0..9).all(|i| table.may_choose(i) == (i == 1)));
@@ -330,7 +331,7 @@ fn lights_at_infinity() {
     assert_eq!((table.environment(), table.environment_radiance(Vec3::X)), (Some(2), Spectrum([1.0, 2.0, 3.0])));
     // A sun of pi W m^-2 has pi^2 R^2 W, a sky of radiance 2 has 8 pi^2 R^2 W.
     // What transmits finds an even sky by itself.
-    let surface = LightContext { point: Vec3::ZERO, normal: Vec3::Y, transmits: false };
+    let surface = LightContext { point: Vec3::ZERO, normal: Vec3::Y, transmits: false, time: 0.0 };
     let glass = LightContext { transmits: true, ..surface };
     let medium = LightContext { normal: Vec3::ZERO, ..surface };
     for (ctx, shares) in

@@ -12,7 +12,7 @@ use super::{
     statistics::{Runs, estimate, resampled_seconds},
 };
 use crate::{cargo, gallery::program::Program, root};
-use models::Model;
+use models::{Model, Subject};
 pub use page::page;
 use serde_json::{Value, json};
 use std::{
@@ -30,6 +30,9 @@ Simplifies the Stanford dragon and models of the project's own, all tools in tur
                                         target/bench; the first is compiled and wants a C++ compiler
 
   --model NAME    this model (repeat for more; default all): dragon, gear, vase, plate
+  --file PATH     a model of any format that is read instead of these; its figures are printed, not kept
+  --faces N,...   of --file: to so many faces
+  --claim         both forms of the quadric beside each other, for each placement, without polish (ours alone)
   --turns N       times that each is timed (default 5; of what takes more than 5 s, 2)
   --samples N     points of each distance, each way (default 300000)
   --quick         2 turns, 30000 points: to see that all works
@@ -51,11 +54,23 @@ struct Wish {
     turns: usize,
     samples: usize,
     program: Option<PathBuf>,
+    file: Option<PathBuf>,
+    faces: Vec<usize>,
+    claim: bool,
 }
 
 impl Wish {
     fn parse(arguments: &[&str]) -> Result<Self, String> {
-        let mut wish = Self { peers: false, models: vec![], turns: 5, samples: 300_000, program: None };
+        let mut wish = Self {
+            peers: false,
+            models: vec![],
+            turns: 5,
+            samples: 300_000,
+            program: None,
+            file: None,
+            faces: vec![],
+            claim: false,
+        };
         let mut rest = arguments.iter();
         while let Some(&argument) = rest.next() {
             let mut value = || rest.next().copied().ok_or_else(|| format!("{argument} takes a value"));
@@ -77,8 +92,21 @@ impl Wish {
                 "--turns" => wish.turns = number(value()?, 1, 1000)?,
                 "--samples" => wish.samples = number(value()?, 1000, 100_000_000)?,
                 "--program" => wish.program = Some(PathBuf::from(value()?)),
+                "--file" => wish.file = Some(PathBuf::from(value()?)),
+                "--faces" => {
+                    let sizes: Result<Vec<usize>, String> =
+                        value()?.split(',').map(|text| number(text, 1, 1 << 30)).collect();
+                    wish.faces = sizes?;
+                }
+                "--claim" => wish.claim = true,
                 _ => return Err(format!("`{argument}` is no option\n\n{HELP}")),
             }
+        }
+        if wish.file.is_some() == wish.faces.is_empty() {
+            return Err("--file and --faces go together".to_owned());
+        }
+        if wish.file.is_some() && !wish.models.is_empty() {
+            return Err("--file or --model, not both".to_owned());
         }
         Ok(wish)
     }
@@ -102,16 +130,30 @@ pub fn run(arguments: &[&str]) -> Result<(), String> {
         None => Program::build()?.path().to_owned(),
     };
     let session = Session { wish: &wish, program, meter: meter()? };
-    for model in models::ALL.iter().filter(|model| wish.wants(model)) {
-        let mut tools = tools::ours(&session.program, !model.is_dragon());
-        if wish.peers {
+    let subjects: Vec<Subject> = match &wish.file {
+        Some(file) => vec![session.file(file)?],
+        None => models::ALL.iter().filter(|model| wish.wants(model)).map(Model::subject).collect::<Result<_, _>>()?,
+    };
+    for subject in subjects {
+        let mut tools = if wish.claim {
+            tools::both_forms(&session.program)
+        } else {
+            tools::ours(&session.program, subject.is_own)
+        };
+        if wish.peers && !wish.claim {
             tools.extend(tools::theirs()?);
         }
-        let result = session.measure(model, &mut tools)?;
-        keep(&format!("simplify-{}", model.name), &result)?;
+        let result = session.measure(&subject, &mut tools)?;
+        if wish.file.is_none() {
+            let what = if wish.claim { CLAIM } else { "simplify" };
+            keep(&format!("{what}-{}", subject.name), &result)?;
+        }
     }
     Ok(())
 }
+
+/// What results of `--claim` begin with.
+const CLAIM: &str = "simplify-claim";
 
 /// Where models and what comes of them are.
 fn place() -> PathBuf {
@@ -138,15 +180,30 @@ struct Session<'a> {
 }
 
 impl Session<'_> {
-    fn measure(&self, model: &Model, tools: &mut [Tool]) -> Result<Value, String> {
-        let path = model.file()?;
-        println!("== {}", model.name);
+    /// A file of any format as one that all tools read.
+    fn file(&self, file: &Path) -> Result<Subject, String> {
+        let name = file.file_stem().map_or_else(|| "model".to_owned(), |name| name.to_string_lossy().into_owned());
+        let path = place().join(format!("file-{name}.ply"));
+        let done = Command::new(&self.program).arg("convert").args([file, &path]).output();
+        let done = done.map_err(|e| format!("{}: {e}", self.program.display()))?;
+        if !done.status.success() {
+            return Err(String::from_utf8_lossy(&done.stderr).into_owned());
+        }
+        let faces = self.distance(&path, &path)?["faces"][0].as_u64().unwrap_or(0) as usize;
+        let what = format!("{}, {faces} faces", file.display());
+        Ok(Subject { name, what, faces, sizes: self.wish.faces.clone(), path, is_own: false })
+    }
+
+    fn measure(&self, model: &Subject, tools: &mut [Tool]) -> Result<Value, String> {
+        let path = &model.path;
+        println!("== {}", model.what);
         for tool in tools.iter_mut() {
-            tool.open(&path)?;
+            tool.open(path)?;
         }
         let sizes: Result<Vec<Value>, String> =
-            model.sizes.iter().map(|&faces| self.size(model, &path, faces, tools)).collect();
-        let sigma = if model.is_dragon() { json!([]) } else { self.sigmas(&path, model.sizes[1])? };
+            model.sizes.iter().map(|&faces| self.size(model, faces, tools)).collect();
+        let middle = model.sizes.get(1).copied().unwrap_or(0);
+        let sigma = if model.is_own && !self.wish.claim { self.sigmas(path, middle)? } else { json!([]) };
         Ok(json!({
             "model": model.name,
             "what": model.what,
@@ -155,11 +212,12 @@ impl Session<'_> {
             "peers": self.wish.peers,
             "faces": model.faces,
             "sizes": sizes?,
-            "sigma": { "faces": model.sizes[1], "tried": sigma },
+            "sigma": { "faces": middle, "tried": sigma },
         }))
     }
 
-    fn size(&self, model: &Model, path: &Path, faces: usize, tools: &mut [Tool]) -> Result<Value, String> {
+    fn size(&self, model: &Subject, faces: usize, tools: &mut [Tool]) -> Result<Value, String> {
+        let path = &model.path;
         let mut times: Vec<Vec<f64>> = vec![vec![]; tools.len()];
         let output = |i: usize| place().join(format!("{}-{faces}-{i}.ply", model.name));
         for turn in 0..self.wish.turns {
@@ -245,10 +303,10 @@ impl Session<'_> {
     }
 }
 
-/// The kept results, in the order of the models.
-fn kept() -> Vec<Value> {
+/// The kept results that begin with `what`, in the order of the models.
+fn kept(what: &str) -> Vec<Value> {
     let read = |model: &Model| {
-        let bytes = fs::read(results().join(format!("simplify-{}.json", model.name))).ok()?;
+        let bytes = fs::read(results().join(format!("{what}-{}.json", model.name))).ok()?;
         serde_json::from_slice(&bytes).ok()
     };
     models::ALL.iter().filter_map(read).collect()
@@ -292,7 +350,19 @@ mod tests {
         assert_eq!((some.peers, some.turns, some.models.len()), (true, 3, 1));
         assert_eq!(parse("--quick").unwrap().samples, 30_000);
         assert!(models::ALL.iter().all(|model| parse("").unwrap().wants(model)));
-        for wrong in ["--model", "--model other", "--turns 0", "--samples x", "gear"] {
+        let file = parse("--file a.obj --faces 200,50").unwrap();
+        assert_eq!((file.file, file.faces), (Some(PathBuf::from("a.obj")), vec![200, 50]));
+        for wrong in [
+            "--file a.obj",
+            "--faces 9",
+            "--file a.obj --faces 9 --model gear",
+            "--file a.obj --faces 9,x",
+            "--model",
+            "--model other",
+            "--turns 0",
+            "--samples x",
+            "gear",
+        ] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
     }

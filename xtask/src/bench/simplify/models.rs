@@ -49,17 +49,36 @@ pub const ALL: &[Model] = &[
 ];
 
 impl Model {
-    pub fn is_dragon(&self) -> bool {
-        self.make.is_none()
+    /// Its PLY file, made or fetched if it is not there, and what is wanted of it.
+    pub fn subject(&self) -> Result<Subject, String> {
+        let path = match self.make {
+            None => dragon()?,
+            Some(make) => {
+                let path = place().join(format!("{}.ply", self.name));
+                scenes::write(&path, &make().ply())?;
+                path
+            }
+        };
+        Ok(Subject {
+            name: self.name.to_owned(),
+            what: self.what.to_owned(),
+            faces: self.faces,
+            sizes: self.sizes.to_vec(),
+            path,
+            is_own: self.make.is_some(),
+        })
     }
+}
 
-    /// Its PLY file, made if it is not there.
-    pub fn file(&self) -> Result<PathBuf, String> {
-        let Some(make) = self.make else { return dragon() };
-        let path = place().join(format!("{}.ply", self.name));
-        scenes::write(&path, &make().ply())?;
-        Ok(path)
-    }
+/// A file that is simplified, to some numbers of faces.
+pub struct Subject {
+    pub name: String,
+    pub what: String,
+    pub faces: usize,
+    pub sizes: Vec<usize>,
+    pub path: PathBuf,
+    /// True if the project makes it.
+    pub is_own: bool,
 }
 
 /// A gear with hub, thin web, rim and chamfered teeth: 24 teeth with flat tops, sharp edges all over, round flanks.

@@ -1,6 +1,6 @@
 //! The tables of docs/simplify.md.
 
-use super::{kept, scenes};
+use super::{CLAIM, kept, scenes};
 use crate::root;
 use serde_json::Value;
 use std::{fmt::Write, fs};
@@ -10,7 +10,7 @@ const MARKS: [&str; 2] = ["<!-- results -->", "<!-- end of results -->"];
 
 /// Writes the tables from the kept results; nothing if there are none.
 pub fn page() -> Result<(), String> {
-    let results = kept();
+    let results = kept("simplify");
     if results.is_empty() {
         return Ok(());
     }
@@ -18,7 +18,7 @@ pub fn page() -> Result<(), String> {
     let page = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let split = page.split_once(MARKS[0]).and_then(|(a, b)| Some((a, b.split_once(MARKS[1])?.1)));
     let (before, after) = split.ok_or_else(|| format!("{}: {} is missing", path.display(), MARKS.join(" or ")))?;
-    let page = format!("{before}{}\n{}{}{after}", MARKS[0], tables(&results), MARKS[1]);
+    let page = format!("{before}{}\n{}{}{after}", MARKS[0], tables(&results) + &claim(&kept(CLAIM)), MARKS[1]);
     scenes::write(&path, page.as_bytes())?;
     println!("{} models written to {}", results.len(), path.display());
     Ok(())
@@ -79,15 +79,50 @@ fn tables(results: &[Value]) -> String {
     out
 }
 
+/// The union of faces over accumulated quadrics, for each placement: ratios of rms, of the largest distance, and of seconds.
+fn claim(results: &[Value]) -> String {
+    let mut out = String::new();
+    for result in results {
+        for size in list(&result["sizes"]) {
+            let pairs = list(&size["tools"]).chunks_exact(2);
+            if out.is_empty() {
+                let placement = |pair: &[Value]| text(&pair[0]["name"]).rsplit(' ').next().unwrap_or("").to_owned();
+                let titles: Vec<String> = pairs.clone().map(placement).collect();
+                let _ = writeln!(
+                    out,
+                    "### Both forms of the quadric\n\n`quadric-union` over `quadric`, without polish: rms / largest, and times the \
+                     seconds.\n\n| model | {} |\n|---|{}",
+                    titles.join(" | "),
+                    "---|".repeat(titles.len())
+                );
+            }
+            let ratios = |pair: &[Value]| {
+                let of = |value: fn(&Value) -> f64| value(&pair[1]) / value(&pair[0]);
+                let [rms, largest] = [of(|v| number(&v["rms"])), of(|v| number(&v["largest"]))];
+                format!("{rms:.2} / {largest:.2}, {:.1}", of(|v| number(&v["seconds"][0])))
+            };
+            let cells: Vec<String> = pairs.map(ratios).collect();
+            let _ = writeln!(out, "| {} to {} | {} |", text(&result["model"]), size["faces"], cells.join(" | "));
+        }
+    }
+    if !out.is_empty() {
+        out.push('\n');
+    }
+    out
+}
+
 /// Seconds with their interval, and distances in 1e-4 of the diagonal; the fewest of the others in bold.
 fn cell(size: &Value, tool: usize) -> String {
     let all = list(&size["tools"]);
     let entry = &all[tool];
     let [seconds, low, high] = [0, 1, 2].map(|i| number(&entry["seconds"][i]));
-    let least = |key: &str| all.iter().map(|t| number(&t[key])).fold(f64::INFINITY, f64::min);
+    // One that is left with more faces than were asked for is no rival; in a tie all are best, as far as digits are shown.
+    let asked = size["faces"].as_u64().unwrap_or(u64::MAX);
+    let hits = |t: &Value| t["faces"].as_u64().is_none_or(|faces| faces <= asked);
+    let least = |key: &str| all.iter().filter(|t| hits(t)).map(|t| number(&t[key])).fold(f64::INFINITY, f64::min);
     let [rms, largest] = ["rms", "largest"].map(|key| {
         let value = three(1e4 * number(&entry[key]));
-        if number(&entry[key]) == least(key) { format!("**{value}**") } else { value }
+        if hits(entry) && value == three(1e4 * least(key)) { format!("**{value}**") } else { value }
     });
     let missed = match (entry["faces"].as_u64(), size["faces"].as_u64()) {
         (Some(faces), Some(asked)) if faces > asked => format!(" ({faces} faces)"),
@@ -104,7 +139,7 @@ mod tests {
     #[test]
     fn tables_hold_what_was_measured() {
         let tool = |name: &str, rms: f64, faces: u64| json!({ "name": name, "seconds": [0.5, 0.4, 0.6], "faces": faces, "rms": rms, "largest": 2e-3 });
-        let size = json!({ "faces": 10, "tools": [tool("A", 1.5e-4, 10), tool("B", 2e-4, 12)], "check": { "rms": 1.0, "largest": 0.99 } });
+        let size = json!({ "faces": 10, "tools": [tool("A", 1.5e-4, 10), tool("B", 1e-4, 12)], "check": { "rms": 1.0, "largest": 0.99 } });
         let sigma = json!({ "faces": 10, "tried": [{ "sigma": 0.01, "rms": 1e-4, "largest": 3e-4 }] });
         let result =
             json!({ "model": "cube", "what": "a cube", "turns": 5, "samples": 100, "sizes": [size], "sigma": sigma });
@@ -113,12 +148,24 @@ mod tests {
             "### cube",
             "| tool | to 10 |",
             "| A | 0.500 s (0.400-0.600); **1.50** / **20.0** |",
-            "| B | 0.500 s (0.400-0.600); 2.00 / **20.0** (12 faces) |",
+            "| B | 0.500 s (0.400-0.600); 1.00 / 20.0 (12 faces) |",
             "at 10: 1.0000, 0.9900",
             "| rms | 1.00 |",
         ] {
             assert!(page.contains(part), "{part} in {page}");
         }
+    }
+
+    #[test]
+    fn forms_are_set_beside_each_other() {
+        let tool = |name: &str, rms: f64, seconds: f64| json!({ "name": name, "seconds": [seconds, 0.4, 0.6], "rms": rms, "largest": 2e-3 });
+        let tools = [tool("quadric, perturbed", 2e-4, 0.5), tool("quadric-union, perturbed", 1.5e-4, 1.0)];
+        let table = claim(&[json!({ "model": "cube", "sizes": [{ "faces": 10, "tools": tools }] })]);
+        assert!(
+            table.contains("| model | perturbed |") && table.contains("| cube to 10 | 0.75 / 1.00, 2.0 |"),
+            "{table}"
+        );
+        assert_eq!(claim(&[]), "");
     }
 
     #[test]

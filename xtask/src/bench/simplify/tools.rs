@@ -37,6 +37,16 @@ pub fn ours(program: &Path, with_union: bool) -> Vec<Tool> {
     tools
 }
 
+/// Both forms of the quadric with each placement, without polish, so that nothing but the form differs.
+pub fn both_forms(program: &Path) -> Vec<Tool> {
+    let placements = ["probabilistic", "perturbed", "endpoint"];
+    let tool = |placement: &str, method: &str| {
+        let options = ["--no-polish", "--placement", placement, "--method", method];
+        Tool::own(program, &format!("{method}, {placement}"), &options)
+    };
+    placements.iter().flat_map(|placement| ["quadric", "quadric-union"].map(|method| tool(placement, method))).collect()
+}
+
 /// The others, built and installed if they are not there.
 pub fn theirs() -> Result<Vec<Tool>, String> {
     let program = meshoptimizer()?;

@@ -37,6 +37,8 @@ pub(super) struct Vertices {
     pub base: Vectors,
     pub roughness: Numbers,
     pub wo: Vectors,
+    /// Of the shutter.
+    pub time: Numbers,
     pub throughput: Vectors,
     /// See [`Progress::eta`](crate::integrator::paths::Progress::eta).
     pub eta: Numbers,
@@ -50,7 +52,7 @@ impl Vertices {
     pub fn light_context(&self, i: usize, transmits: bool) -> LightContext {
         let (normal, wo) = (self.shading_normal.get(i), self.wo.get(i));
         let side = if wo.dot(normal) < 0.0 { -1.0 } else { 1.0 };
-        LightContext { point: self.position.get(i), normal: normal * side, transmits }
+        LightContext { point: self.position.get(i), normal: normal * side, transmits, time: self.time[i] }
     }
 }
 
@@ -121,6 +123,7 @@ impl Lanes {
                 base: vectors,
                 roughness: numbers,
                 wo: vectors,
+                time: numbers,
                 throughput: vectors,
                 eta: numbers,
                 plays: flags,
@@ -179,6 +182,7 @@ impl Lanes {
     fn push_path<B: LaneBsdf>(&mut self, paths: &Paths, path: usize, wo: Vec3, bsdf: B, skip: [PrimitiveId; 2]) {
         let (i, to, progress) = (self.len, &mut self.vertices, &paths.progress[path]);
         to.wo.set(i, wo);
+        to.time[i] = paths.rays[path].time;
         to.throughput.set_spectrum(i, paths.throughput[path]);
         to.eta[i] = progress.eta;
         to.plays[i] = u32::from(progress.depth >= ROULETTE_FROM);
