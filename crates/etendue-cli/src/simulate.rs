@@ -10,6 +10,7 @@ use crate::{
 use etendue_motion::{Bake, Control, MotionError, Options, Progress, simulate, write_json};
 use etendue_scene::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap, build_with, import::counted, output::atomic,
+    timeline::Timeline,
 };
 use serde::Serialize;
 use std::{

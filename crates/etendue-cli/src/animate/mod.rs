@@ -93,7 +93,6 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
     let seed = job.settings.seed;
     let (loaded, targets, stop) = (&loaded, &targets, &*stop);
     let mut session = Session { args, loaded, times, targets, stop, view, seed, labels, pipe, seconds };
-    signals.start_work();
     let clock = Instant::now();
     let mut at = first;
     for frame in first..=last {
