@@ -164,8 +164,8 @@ impl Extent {
         let size = along.length();
         let across = farthest(&|p| (p - first).cross(along).length()) - first;
         let area = along.cross(across);
-        // Written so that what is not a number is thin too.
-        if !(area.length() > THIN * size * size) {
+        let is_wide = area.length() > THIN * size * size;
+        if !is_wide {
             return Err(line());
         }
         let normal = area.normalize();

@@ -1,5 +1,7 @@
 //! Motion against closed forms, at the settings that a scene file has by default unless a test says otherwise.
 
+#![allow(clippy::disallowed_methods)]
+
 mod common;
 
 use common::{path, run, velocities};
