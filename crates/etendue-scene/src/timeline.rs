@@ -30,19 +30,21 @@ pub struct Clock {
     pub interval: f64,
     /// Opening and closing of the shutter, fractions of the interval after the frame's time.
     pub shutter: [f64; 2],
+    /// Scene seconds that so many frames take: the interval before rounding.
+    period: (f64, f64),
 }
 
 impl Clock {
     /// As the animation has it.
     pub fn new(animation: &AnimationRecord) -> Self {
-        let fps = animation.fps;
-        let interval = animation.speed * f64::from(fps.denominator) / f64::from(fps.numerator);
-        Self { start: animation.start, interval, shutter: animation.shutter }
+        let AnimationRecord { start, speed, fps, shutter, .. } = *animation;
+        let period = (speed * f64::from(fps.denominator), f64::from(fps.numerator));
+        Self { start, interval: period.0 / period.1, shutter, period }
     }
 
     /// Scene time of a frame, seconds.
     pub fn time(&self, frame: u32) -> f64 {
-        self.start + f64::from(frame) * self.interval
+        self.start + f64::from(frame) * self.period.0 / self.period.1
     }
 
     /// The moment of a frame.

@@ -63,7 +63,7 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
     signals.start_work();
     let until = needed(&loaded, &times, args.frames);
     bodies::simulate(&mut loaded, until, &stop, args.render.quiet)?;
-    let [first, last] = range(args.frames, loaded.timeline.frames(&times))?;
+    let [first, last] = range(args.frames, loaded.timeline.frames(&times), model::is_model(&args.render.input))?;
     check_cameras(&loaded, &times, [first, last], &stop)?;
     let mut seconds = Seconds { load: clock.elapsed().as_secs_f64(), ..Seconds::default() };
     let clock = Instant::now();
@@ -174,10 +174,14 @@ fn needed(loaded: &Loaded, times: &Clock, asked: Option<FrameRange>) -> Option<f
 }
 
 /// The first and the last frame.
-fn range(asked: Option<FrameRange>, whole: Option<u32>) -> Result<[u32; 2], Failure> {
+fn range(asked: Option<FrameRange>, whole: Option<u32>, is_model: bool) -> Result<[u32; 2], Failure> {
     let unknown = || {
-        Failure::new(Exit::Usage, "nothing says how many frames there are: nothing in the scene moves or has keys")
-            .hint("give --frames A-B, or `frames` or `duration` in [animation]")
+        let hint = match is_model {
+            true => "--turntable turns the model round once",
+            false => "give --frames A-B, or `frames` or `duration` in [animation]",
+        };
+        let message = "nothing says how many frames there are: nothing in the scene moves or has keys";
+        Failure::new(Exit::Usage, message).hint(hint)
     };
     match asked {
         Some(FrameRange { first, last: Some(last) }) => Ok([first, last]),
@@ -450,12 +454,12 @@ mod tests {
     #[test]
     fn frames_that_there_are() {
         let asked = |first, last| Some(FrameRange { first, last });
-        assert_eq!(range(None, Some(10)).unwrap(), [0, 9]);
-        assert_eq!(range(asked(3, None), Some(10)).unwrap(), [3, 9]);
-        assert_eq!(range(asked(3, Some(500)), Some(10)).unwrap(), [3, 500]);
-        assert_eq!(range(asked(5, Some(5)), None).unwrap(), [5, 5]);
-        assert_eq!(range(asked(10, None), Some(10)).unwrap_err().exit, Exit::Usage);
-        assert_eq!(range(None, None).unwrap_err().exit, Exit::Usage);
+        assert_eq!(range(None, Some(10), false).unwrap(), [0, 9]);
+        assert_eq!(range(asked(3, None), Some(10), false).unwrap(), [3, 9]);
+        assert_eq!(range(asked(3, Some(500)), Some(10), false).unwrap(), [3, 500]);
+        assert_eq!(range(asked(5, Some(5)), None, false).unwrap(), [5, 5]);
+        assert_eq!(range(asked(10, None), Some(10), false).unwrap_err().exit, Exit::Usage);
+        assert_eq!(range(None, None, false).unwrap_err().exit, Exit::Usage);
     }
 
     #[test]
