@@ -10,8 +10,8 @@
 use std::time::Instant;
 
 use etendue_accel::{
-    Accelerator, AcceleratorKind, Geometry, Hit, Instance, Isa, KdTreeSplit, PrimitiveId, Ray, Transform, TriangleMesh,
-    World,
+    Accelerator, AcceleratorKind, Geometry, Hit, Instance, Isa, KdTreeSplit, Place, PrimitiveId, Ray, Transform,
+    TriangleMesh, World,
 };
 
 /// Rays are handed over in slices of this length, like a wave of paths.

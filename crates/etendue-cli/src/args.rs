@@ -1,10 +1,14 @@
 //! The command line.
 
+mod animate;
 mod display;
 mod files;
+mod labels;
 mod model;
 mod simplify;
+mod simulate;
 
+pub use animate::{AnimateArgs, FrameRange};
 use clap::{Args, Parser, Subcommand, builder::TypedValueParser, value_parser};
 pub use display::DisplayArgs;
 use etendue::{
@@ -16,8 +20,10 @@ use etendue::{
 use etendue_accel::{AcceleratorKind, Isa};
 use etendue_scene::output::metric::Metric;
 pub use files::{CompletionsArgs, ConvertArgs, InfoArgs, ManArgs};
+pub use labels::{LabelArgs, LabelChoice};
 pub use model::{ModelArgs, SceneArgs};
 pub use simplify::SimplifyArgs;
+pub use simulate::SimulateArgs;
 use std::{path::PathBuf, str::FromStr};
 
 /// Physically based Monte Carlo rendering on the CPU
@@ -38,10 +44,12 @@ Examples:
   etendue render bunny.obj                        a picture of a model: bunny.png and bunny.exr
   etendue render scenes/cornell-box.toml          a scene
   etendue render scene.toml -o a.exr --spp 256    one file, more samples
+  etendue animate bunny.obj --turntable -o bunny.mp4   a film
   etendue scene bunny.obj -o bunny.toml           a scene of a model, to be edited
   etendue info bunny.obj                          what is in a file
   etendue convert render.exr render.png           a file into another
   etendue simplify scan.stl -o small.ply --faces 5000   fewer triangles, the same shape
+  etendue simulate marbles.toml -o marbles.json   bodies that fall and collide: their motion
   etendue diff a.exr reference.exr -o heat.png    how far a is from the reference
 
 Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write,
@@ -52,6 +60,9 @@ Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write,
 pub enum Command {
     /// Render a scene or a model into picture files
     Render(Box<RenderArgs>),
+    /// Render a scene that moves, or a model that turns, into numbered pictures or a film
+    #[command(mut_arg("output", |arg| arg.help(animate::OUTPUT)))]
+    Animate(Box<AnimateArgs>),
     /// Write the automatic scene of a model, for editing
     Scene(SceneArgs),
     /// Tell what is in a scene, a model or a picture
@@ -60,6 +71,8 @@ pub enum Command {
     Convert(ConvertArgs),
     /// Make a model of fewer triangles with the same shape
     Simplify(SimplifyArgs),
+    /// Let the bodies of a scene fall and collide, and write their motion
+    Simulate(SimulateArgs),
     /// Measure how far a picture is from a reference
     Diff(DiffArgs),
     /// Print the completions of a shell
@@ -76,6 +89,7 @@ Examples:
   etendue render cow.obj --env sky.hdr --transparent -o cow.png
   etendue render scene.toml -o quick.png --size 320x240 --spp 16
   etendue render scene.toml -o out.exr --aov albedo,normal,depth --spp 1024 --seed 7
+  etendue render scene.toml -o out.png --labels object,depth,visibility --labels-format npy
   etendue render scene.toml -o detail.exr --size 1920x1080 --crop 960,500,1060,600
   etendue render scene.toml --json --quiet | jq .film_hash
 
@@ -142,6 +156,10 @@ pub struct RenderArgs {
     /// Extra layers of .exr files, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names(&Aov::ALL, Aov::name))]
     pub aov: Option<Vec<Aov>>,
+
+    /// What is written for data sets.
+    #[command(flatten)]
+    pub labels: LabelArgs,
 
     /// Nothing instead of the environment behind the surfaces: pictures get an alpha channel
     #[arg(long)]

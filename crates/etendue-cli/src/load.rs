@@ -8,8 +8,9 @@ use crate::{
 use etendue::{
     camera::CameraSettings,
     film::FilmSettings,
+    labels::Subjects,
     render::{MAX_THREADS, RenderSettings},
-    scene::{AcceleratorSettings, Scene},
+    scene::{AcceleratorSettings, Scene, SceneParts},
     tonemap::DisplayTransform,
 };
 use etendue_accel::Isa;
@@ -20,6 +21,7 @@ use etendue_scene::{
     mesh_file::MeshFile,
     read_toml,
     script::is_script,
+    timeline::{Moment, Timeline},
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -43,18 +45,27 @@ pub struct Job {
     pub display: DisplayTransform,
     /// Names of the objects, in the order of their ids.
     pub object_names: Vec<String>,
+    /// The objects that labels are of; none if there are no labels.
+    pub subjects: Subjects,
     /// Hash of the files read, hexadecimal.
     pub scene_hash: String,
 }
 
 /// A scene whose files have been read, with the command line's overrides in it.
 pub struct Loaded {
-    input: Input,
+    /// The scene at any time.
+    pub timeline: Timeline,
+    /// Its files, for messages.
+    pub sources: SourceMap,
     isa: Isa,
 }
 
-/// Reads the scene file, or the model, and all that it names; reports what was found.
-pub fn load(args: &RenderArgs) -> Result<Loaded, Failure> {
+/// Reads the scene file, or the model, and all that it names; reports what was found. `edit` may change the description before
+/// anything is made of it.
+pub fn load(
+    args: &RenderArgs,
+    edit: impl FnOnce(&mut SceneDescription) -> Result<(), Failure>,
+) -> Result<Loaded, Failure> {
     let isa = choose_isa(args.isa)?;
     let limits = Limits::default();
     let mut sources = SourceMap::new();
@@ -70,15 +81,21 @@ pub fn load(args: &RenderArgs) -> Result<Loaded, Failure> {
         description
     };
     override_description(&mut description, args);
-    let input = build_with(&description, &mut sources, &limits, meshes).map_err(|found| {
-        report::diagnostics(&found, &sources);
-        Failure::reported(Exit::of(&found))
-    })?;
-    tell(&input.findings, &sources);
+    edit(&mut description)?;
+    let timeline = build_with(&description, &mut sources, &limits, meshes)
+        .and_then(|input| Timeline::new(&description, input, &mut sources, &limits))
+        .map_err(|found| refused(&found, &sources))?;
+    tell(&timeline.input().findings, &sources);
     if !args.quiet {
-        tell_imports(args, &input);
+        tell_imports(args, timeline.input());
     }
-    Ok(Loaded { input, isa })
+    Ok(Loaded { timeline, sources, isa })
+}
+
+/// Errors, told.
+pub fn refused(found: &Diagnostics, sources: &SourceMap) -> Failure {
+    report::diagnostics(found, sources);
+    Failure::reported(Exit::of(found))
 }
 
 /// What a scene file or script says, and the mesh files that have been read for it.
@@ -183,41 +200,109 @@ fn set<T>(value: &mut T, by: Option<T>) {
 }
 
 impl Loaded {
-    /// Builds the scene and its accelerator.
+    /// Builds the scene, as it is at the animation's start, and its accelerator.
     pub fn build(self, args: &RenderArgs) -> Result<Job, Failure> {
-        let Self { input, isa } = self;
+        let start = self.timeline.animation().start;
+        let moment = Moment::at(start);
+        let camera = self.camera_at(start)?;
+        let settings = self.settings(args);
+        let accelerator =
+            AcceleratorSettings { kind: self.timeline.input().accelerator, isa: self.isa, threads: settings.threads };
+        let input = self.timeline.input();
+        let job = (input.film.clone(), input.display, names(input), hash_of(input), subjects(input, args));
+        let parts = self.timeline.into_parts(moment).map_err(|found| refused(&found, &self.sources))?;
+        let scene = build_scene(parts, &accelerator, args)?;
+        let (film, display, object_names, scene_hash, subjects) = job;
+        let film = FilmSettings { crop: args.crop.or(film.crop), ..film };
+        Ok(Job { scene, accelerator, camera, film, settings, display, object_names, subjects, scene_hash })
+    }
+
+    /// As [`Self::build`], at a moment; the scene stays, for others.
+    pub fn build_at(&self, moment: Moment, args: &RenderArgs) -> Result<Job, Failure> {
+        let input = self.timeline.input();
+        let settings = self.settings(args);
+        let accelerator = AcceleratorSettings { kind: input.accelerator, isa: self.isa, threads: settings.threads };
+        let parts = self.timeline.parts(moment).map_err(|found| refused(&found, &self.sources))?;
+        let mut job = Job {
+            scene: build_scene(parts, &accelerator, args)?,
+            accelerator,
+            camera: input.camera,
+            film: FilmSettings { crop: args.crop.or(input.film.crop), ..input.film.clone() },
+            settings,
+            display: input.display,
+            object_names: names(input),
+            subjects: subjects(input, args),
+            scene_hash: hash_of(input),
+        };
+        self.aim(&mut job, moment)?;
+        Ok(job)
+    }
+
+    /// Points the camera as it is at a moment.
+    pub fn aim(&self, job: &mut Job, moment: Moment) -> Result<(), Failure> {
+        let motion = self.timeline.camera_motion(moment).map_err(|found| refused(&found, &self.sources))?;
+        job.camera = self.camera_at(moment.shutter[0])?;
+        job.settings.camera_motion = motion;
+        job.settings.shutter = self.timeline.animation().curve;
+        Ok(())
+    }
+
+    /// Brings the scene of a job to another moment: only what has changed is made anew.
+    pub fn advance(&self, job: &mut Job, moment: Moment) -> Result<(), Failure> {
+        let changes = self.timeline.changes(moment).map_err(|found| refused(&found, &self.sources))?;
+        let nothing = Scene::build(SceneParts::default(), &job.accelerator);
+        let scene = std::mem::replace(&mut job.scene, nothing.map_err(|error| Failure::new(Exit::BadInput, error))?);
+        job.scene = scene
+            .with_frame(changes, job.settings.threads)
+            .map_err(|error| Failure::new(Exit::BadInput, error))?;
+        Ok(())
+    }
+
+    /// The camera at a time.
+    pub fn camera_at(&self, time: f64) -> Result<CameraSettings, Failure> {
+        self.timeline.camera(time).map_err(|found| refused(&found, &self.sources))
+    }
+
+    fn settings(&self, args: &RenderArgs) -> RenderSettings {
+        let input = self.timeline.input();
         let threads = match args.threads {
             Some(threads) => threads as usize,
             None => thread::available_parallelism().map_or(1, |n| n.get().min(MAX_THREADS)),
         };
-        let accelerator = AcceleratorSettings { kind: input.accelerator, isa, threads };
-        let object_names = input.parts.objects.iter().map(|object| object.name.clone()).collect();
-        let scene = Scene::build(input.parts, &accelerator).map_err(|e| {
-            let hint = format!("etendue info {} tells what is in it", args.input.display());
-            Failure::new(Exit::BadInput, e).hint(hint)
-        })?;
         let defaults = RenderSettings::default();
-        Ok(Job {
-            scene,
-            accelerator,
-            camera: input.camera,
-            film: FilmSettings { crop: args.crop.or(input.film.crop), ..input.film },
-            settings: RenderSettings {
-                spp: input.spp,
-                seed: input.seed,
-                threads,
-                max_depth: input.max_depth,
-                splitting: input.splitting,
-                sampler: input.sampler,
-                integrator: input.integrator,
-                filter: input.filter,
-                tile: args.tile.unwrap_or(defaults.tile),
-                wave: args.wave.unwrap_or(defaults.wave),
-                ..defaults
-            },
-            display: input.display,
-            object_names,
-            scene_hash: input.scene_hash.iter().map(|byte| format!("{byte:02x}")).collect(),
-        })
+        RenderSettings {
+            spp: input.spp,
+            seed: input.seed,
+            threads,
+            max_depth: input.max_depth,
+            splitting: input.splitting,
+            sampler: input.sampler,
+            integrator: input.integrator,
+            filter: input.filter,
+            tile: args.tile.unwrap_or(defaults.tile),
+            wave: args.wave.unwrap_or(defaults.wave),
+            ..defaults
+        }
     }
+}
+
+/// Builds a scene and its accelerator.
+fn build_scene(parts: SceneParts, accelerator: &AcceleratorSettings, args: &RenderArgs) -> Result<Scene, Failure> {
+    Scene::build(parts, accelerator).map_err(|e| {
+        let hint = format!("etendue info {} tells what is in it", args.input.display());
+        Failure::new(Exit::BadInput, e).hint(hint)
+    })
+}
+
+fn names(input: &Input) -> Vec<String> {
+    input.parts.objects.iter().map(|object| object.name.clone()).collect()
+}
+
+/// What labels are of, if there are any.
+fn subjects(input: &Input, args: &RenderArgs) -> Subjects {
+    args.labels.labels.as_ref().map(|_| Subjects::of(&input.parts)).unwrap_or_default()
+}
+
+fn hash_of(input: &Input) -> String {
+    input.scene_hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }

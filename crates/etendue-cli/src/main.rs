@@ -2,11 +2,13 @@
 
 #![forbid(unsafe_code)]
 
+mod animate;
 mod args;
 mod convert;
 mod diff;
 mod exit;
 mod info;
+mod labels;
 mod load;
 mod manifest;
 mod memory;
@@ -19,6 +21,7 @@ mod report;
 mod scene_input;
 mod signals;
 mod simplify;
+mod simulate;
 mod summary;
 mod tools;
 
@@ -44,10 +47,12 @@ fn main() -> ExitCode {
         }
         None => Err(Failure::new(Exit::Usage, "nothing to do").hint("etendue --help tells what there is")),
         Some(Command::Render(args)) => render::run(args),
+        Some(Command::Animate(args)) => animate::run(args),
         Some(Command::Scene(args)) => model::run(args),
         Some(Command::Info(args)) => info::run(args),
         Some(Command::Convert(args)) => convert::run(args),
         Some(Command::Simplify(args)) => simplify::run(args),
+        Some(Command::Simulate(args)) => simulate::run(args),
         Some(Command::Completions(args)) => tools::completions(args),
         Some(Command::Man(args)) => tools::man(args),
         Some(Command::Diff(args)) => diff::run(args),

@@ -50,6 +50,11 @@ impl Outputs {
         self.files.iter().map(|(path, _)| path.display().to_string()).collect()
     }
 
+    /// The first file, which names what is written beside the pictures.
+    pub fn first(&self) -> &Path {
+        self.files.first().map_or(Path::new(""), |(path, _)| path)
+    }
+
     /// True if some format keeps more than colour.
     pub fn keeps_layers(&self) -> bool {
         self.files.iter().any(|(_, format)| *format == Format::Exr)

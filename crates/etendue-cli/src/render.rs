@@ -3,6 +3,7 @@
 use crate::{
     args::RenderArgs,
     exit::{Exit, Failure},
+    labels::{self, Wanted},
     load, manifest,
     outputs::{Outputs, RefreshClock},
     progress::{ProgressView, TICK},
@@ -12,7 +13,7 @@ use crate::{
     summary::{Seconds, Summary},
 };
 use etendue::{
-    film::{Film, SampleCounts},
+    film::{Film, FilmSettings, SampleCounts},
     image::Image,
     integrator::Integrator,
     render::{RenderControl, RenderError, render},
@@ -29,6 +30,11 @@ use std::{
 /// Renders as the arguments say.
 pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let outputs = Outputs::plan(&args.output, &args.input)?;
+    let wanted = Wanted::of_still(&args.labels)?;
+    let stem = labels::stem(outputs.first());
+    if wanted.is_some() {
+        labels::check_writable(&stem)?;
+    }
     let control = Arc::new(RenderControl::default());
     let cancelled = control.clone();
     let message = "stopping after the tiles in work; once more to stop at once";
@@ -36,7 +42,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let mut seconds = Seconds::default();
 
     let clock = Instant::now();
-    let loaded = load::load(args)?;
+    let loaded = load::load(args, |_| Ok(()))?;
     seconds.load = lap(clock);
     let clock = Instant::now();
     let job = loaded.build(args)?;
@@ -46,12 +52,11 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     }
     warn_of_darkness(&job);
 
-    let film = Film::new(&job.film).map_err(|e| {
-        // Whoever gave the size or the crop is told so.
-        let from_arguments = args.size.is_some() || args.crop.is_some();
-        let hint = if from_arguments { "change --size or --crop" } else { "change `size` or `crop` in [film]" };
-        Failure::new(if from_arguments { Exit::Usage } else { Exit::BadInput }, e).hint(hint)
-    })?;
+    let film = new_film(&job.film, args)?;
+    let files = match wanted {
+        Some(wanted) => labels::write_still(&job, wanted, &stem)?,
+        None => Vec::new(),
+    };
     let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, quiet: args.quiet };
     signals.start_work();
     let clock = Instant::now();
@@ -64,7 +69,8 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let film_hash = hash::film_hash(&image);
     seconds.write = lap(clock);
 
-    let summary = session.summary(&image, seconds, film_hash);
+    let mut summary = session.summary(&image, seconds, film_hash);
+    summary.labels = files.iter().map(|file| file.display().to_string()).collect();
     session.tell(&summary);
     if args.stats {
         let kind = job.accelerator.kind.name();
@@ -76,8 +82,18 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     Ok(if signals.interrupted() { Exit::Interrupted } else { Exit::Done })
 }
 
+/// An empty film.
+pub fn new_film(settings: &FilmSettings, args: &RenderArgs) -> Result<Film, Failure> {
+    Film::new(settings).map_err(|e| {
+        // Whoever gave the size or the crop is told so.
+        let from_arguments = args.size.is_some() || args.crop.is_some();
+        let hint = if from_arguments { "change --size or --crop" } else { "change `size` or `crop` in [film]" };
+        Failure::new(if from_arguments { Exit::Usage } else { Exit::BadInput }, e).hint(hint)
+    })
+}
+
 /// Says why a picture will be darker than its author may think.
-fn warn_of_darkness(job: &load::Job) {
+pub fn warn_of_darkness(job: &load::Job) {
     let (integrator, scene) = (job.settings.integrator, &job.scene);
     if !matches!(integrator, Integrator::Path | Integrator::LightSplit | Integrator::Brute) {
         return;
@@ -148,32 +164,14 @@ impl Session<'_> {
 
     fn write(&self, image: &Image, seconds: f64) -> Result<(), Failure> {
         let encode = self.job.display.encoder();
-        Ok(self.outputs.write(image, &self.metadata(image, seconds), &encode)?)
-    }
-
-    fn metadata(&self, image: &Image, seconds: f64) -> Metadata {
-        let area = self.film.area();
-        let whole = self.film.resolution();
-        let window = Window { origin: [area.x0, area.y0], whole };
-        let metadata = Metadata {
-            software: software(),
-            encoding: self.job.display.encoding,
-            window: (area.width() != whole[0] || area.height() != whole[1]).then_some(window),
-            ..Metadata::default()
-        }
-        .with("seed", self.job.settings.seed)
-        .with("spp", samples_per_pixel(self.film.sample_counts()))
-        .with("sceneHash", &self.job.scene_hash)
-        .with("seconds", format!("{seconds:.3}"))
-        .with("display", self.job.display)
-        .with("commandLine", command_line());
-        manifest::add(metadata, image, &self.job.object_names, self.job.scene.materials())
+        Ok(self.outputs.write(image, &metadata(self.job, self.film, image, seconds), &encode)?)
     }
 
     fn summary(&self, image: &Image, seconds: Seconds, film_hash: String) -> Summary {
         let counts = self.film.sample_counts();
         Summary {
             outputs: self.outputs.names(),
+            labels: Vec::new(),
             width: image.width,
             height: image.height,
             spp: counts.total as f64 / self.film.area().pixels() as f64,
@@ -212,12 +210,33 @@ impl Session<'_> {
     }
 }
 
+/// What the files of a picture say of it; rendering took `seconds`.
+pub fn metadata(job: &load::Job, film: &Film, image: &Image, seconds: f64) -> Metadata {
+    let area = film.area();
+    let whole = film.resolution();
+    let window = Window { origin: [area.x0, area.y0], whole };
+    let metadata = Metadata {
+        software: software(),
+        encoding: job.display.encoding,
+        window: (area.width() != whole[0] || area.height() != whole[1]).then_some(window),
+        ..Metadata::default()
+    }
+    .with("seed", job.settings.seed)
+    .with("spp", samples_per_pixel(film.sample_counts()))
+    .with("sceneHash", &job.scene_hash)
+    .with("seconds", format!("{seconds:.3}"))
+    .with("display", job.display)
+    .with("commandLine", command_line());
+    manifest::add(metadata, image, &job.object_names, job.scene.materials())
+}
+
 /// `64`, or `32-48` where pixels differ.
 fn samples_per_pixel(counts: SampleCounts) -> String {
     if counts.min == counts.max { counts.min.to_string() } else { format!("{}-{}", counts.min, counts.max) }
 }
 
-fn failure_of(error: RenderError) -> Failure {
+/// Why a render was refused.
+pub fn failure_of(error: RenderError) -> Failure {
     match error {
         RenderError::Range { .. } => Failure::new(Exit::Usage, error).hint("etendue render --help tells the ranges"),
         RenderError::Camera(_) | RenderError::Shutter => {

@@ -22,6 +22,9 @@ pub struct Seconds {
 pub struct Summary {
     /// Files written.
     pub outputs: Vec<String>,
+    /// Files of labels.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub labels: Vec<String>,
     /// Pixels across what was rendered.
     pub width: u32,
     /// Pixels down.

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Folder, SCENE};
 
-const SUBCOMMANDS: [&str; 8] = ["render", "scene", "info", "convert", "simplify", "diff", "completions", "man"];
+const SUBCOMMANDS: [&str; 9] = ["render", "scene", "info", "convert", "simplify", "simulate", "diff", "completions", "man"];
 
 #[test]
 fn help_leads_with_examples() {
@@ -26,6 +26,7 @@ fn folder_of_examples() -> Folder {
     let folder = Folder::new();
     std::fs::create_dir(folder.path("scenes")).unwrap();
     folder.put("scenes/cornell-box.toml", SCENE);
+    folder.put("marbles.toml", &format!("{SCENE}\n[[objects]]\nshape = \"sphere\"\nbody = \"dynamic\"\n"));
     for name in ["bunny.obj", "cow.obj"] {
         folder.put(name, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
     }

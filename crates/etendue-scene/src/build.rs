@@ -4,7 +4,7 @@ mod bodies;
 mod environment;
 mod meshes;
 mod sky;
-mod textures;
+pub(crate) mod textures;
 mod view;
 mod volumes;
 
@@ -15,6 +15,7 @@ use crate::{
     import::{Import, LoadedTexture},
     mesh_file::MeshFile,
 };
+pub(crate) use environment::environment_at;
 use etendue::{
     camera::CameraSettings,
     film::FilmSettings,
@@ -31,13 +32,16 @@ use etendue_accel::AcceleratorKind;
 pub(crate) use meshes::unknown_ending;
 use meshes::{Geometry, Loader, Piece, Treatment};
 use sha2::{Digest, Sha256};
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+use std::{collections::BTreeMap, ops::Range, path::PathBuf, sync::Arc};
+pub(crate) use view::{bounds, camera, middle};
 
 /// Everything a render needs.
 #[derive(Clone, Debug)]
 pub struct Input {
     /// Geometry, materials, lights.
     pub parts: SceneParts,
+    /// Of each object of the description, in order, what it is among `parts.objects`: a mesh file's mesh and spheres are one each.
+    pub placed: Vec<Range<usize>>,
     /// The view.
     pub camera: CameraSettings,
     /// Size, crop and layers of the picture.
@@ -103,10 +107,13 @@ pub fn build_with(
     loaded: BTreeMap<PathBuf, MeshFile>,
 ) -> Result<Input, Diagnostics> {
     let mut builder = Builder::new(description, sources, limits, loaded);
+    let mut placed = Vec::with_capacity(description.objects.len());
     for (number, object) in description.objects.iter().enumerate() {
+        let first = builder.parts.objects.len();
         builder.place(number, object);
+        placed.push(first..builder.parts.objects.len());
     }
-    let camera = view::camera(&description.camera, description.film.size, &builder.parts);
+    let camera = camera(&description.camera, description.film.size, &builder.parts, None);
     let media = builder.loader.media();
     let environment = description.environment.as_ref().and_then(|record| builder.loader.environment(record));
     let Builder { mut parts, loader, .. } = builder;
@@ -127,6 +134,7 @@ pub fn build_with(
     let film = &description.film;
     Ok(Input {
         parts,
+        placed,
         camera,
         film: FilmSettings {
             resolution: film.size,

@@ -3,6 +3,8 @@
 
 use crate::{
     Origin,
+    animation::{AnimationRecord, MotionRecord, Varying},
+    physics::{BodyRecord, JointRecord, PhysicsRecord},
     simplify::SimplifyRecord,
     sun_position::Moment,
     volume_file::{Axes, RawLayout},
@@ -60,6 +62,14 @@ pub struct SceneDescription {
     pub objects: Vec<ObjectRecord>,
     /// Lights that no ray can meet.
     pub lights: Vec<Located<DeltaLight>>,
+    /// Time.
+    pub animation: AnimationRecord,
+    /// What has other values at other times; here it has those of the animation's start.
+    pub varying: Varying,
+    /// What holds for all bodies.
+    pub physics: PhysicsRecord,
+    /// What joins bodies, in the order of the file.
+    pub joints: Vec<JointRecord>,
 }
 
 /// Light from all around.
@@ -415,6 +425,10 @@ pub struct ObjectRecord {
     pub materials: Vec<[Located<String>; 2]>,
     /// Applied in order.
     pub transform: Vec<Located<Step>>,
+    /// How it moves from there; absent: not at all, or as keyframes or physics say.
+    pub motion: Option<MotionRecord>,
+    /// How it moves and collides; absent: it does neither.
+    pub body: Option<BodyRecord>,
     /// Where the object is described.
     pub origin: Origin,
 }

@@ -2,9 +2,11 @@
 
 #![forbid(unsafe_code)]
 
+pub mod animation;
 mod build;
 mod content;
 mod crease;
+pub mod curve;
 pub mod description;
 pub mod diagnostic;
 mod find_file;
@@ -13,6 +15,7 @@ pub mod gzip;
 pub mod image_file;
 pub mod import;
 mod indexed;
+pub mod keyframes;
 mod limits;
 pub mod mesh_file;
 pub mod mesh_output;
@@ -23,6 +26,7 @@ pub mod obj;
 pub mod off;
 pub mod output;
 mod parallel;
+pub mod physics;
 pub mod ply;
 mod polygon;
 mod positions;
@@ -34,6 +38,7 @@ pub mod source;
 pub mod stl;
 pub mod sun_position;
 mod text;
+pub mod timeline;
 pub mod track;
 pub mod value;
 mod vertex_colors;

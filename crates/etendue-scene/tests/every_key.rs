@@ -17,6 +17,7 @@ use etendue_scene::{
         Angle, ApertureRecord, EnvironmentRecord, Focus, FovAxis, Lens, SceneDescription, ShapeRecord, SkyRecord, Step,
         SunRecord, TextureRecord, UpAxis, View,
     },
+    physics::{BodyKind, CollisionShape, Combine, JointKind, Mass},
     read_toml,
     sun_position::Moment,
 };
@@ -137,6 +138,25 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[[objects]]", "max") => "[1, 2, 3]",
         ("[[objects]]", "segments") => "5",
         ("[[objects]]", "size") => "[4, 5]",
+        ("[[objects]]", "body") => "{ kind = \"dynamic\", restitution = 0.5 }",
+        ("body", "shape") => "\"hull\"",
+        ("body", "group") => "\"g\"",
+        ("body", "linear_velocity" | "angular_velocity") => "[1, 2, 3]",
+        ("body", _) => "0.25",
+        ("[physics]", "gravity") => "[0, 0, -2]",
+        ("[physics]", "substeps" | "iterations") => "7",
+        ("[physics]", "friction_rule" | "restitution_rule") => "\"min\"",
+        ("[physics]", "sleep") => "false",
+        ("[physics]", "ignore") => "[[\"g\", \"g\"]]",
+        ("[physics]", _) => "0.25",
+        ("[[joints]]", "bodies") => "[\"one\", \"two\"]",
+        ("[[joints]]", "anchor") => "[1, 2, 3]",
+        ("[[joints]]", "axis") => "[0, 0, 2]",
+        ("[[joints]]", "limits") => "[-30, 60]",
+        ("[[joints]]", "motor") => {
+            "{ velocity = 1, position = 2, stiffness = 3, damping = 4, max_force = 5 }"
+        }
+        ("[[joints]]", "collide") => "true",
         _ => panic!("give `{key}` of {section} a value here"),
     }
 }
@@ -510,6 +530,56 @@ fn objects() {
     let scene = read("[[objects]]\nshape = \"box\"\nsize = 2\n[[objects]]\nshape = \"box\"\nsize = [1, 2, 3]");
     assert!(matches!(scene.objects[0].shape, ShapeRecord::Box { max, .. } if max == DVec3::ONE));
     assert!(matches!(scene.objects[1].shape, ShapeRecord::Box { max, .. } if max == DVec3::new(0.5, 1.0, 1.5)));
+}
+
+#[test]
+fn bodies() {
+    let of = |text: &str| read(&format!("[[objects]]\nshape = \"sphere\"\nbody = {text}")).objects[0].body.clone().unwrap();
+    let all = |kind: &str, left_out: &str| {
+        let section = etendue_scene::read::keys::SECTIONS.iter().find(|s| s.name == "body").unwrap();
+        let used = section.keys.iter().filter(|k| k.types.is_empty() || k.types.contains(&kind));
+        let used = used.filter(|k| k.name != "kind" && k.name != left_out);
+        let keys: Vec<_> = used.map(|k| format!("{} = {}", k.name, value("body", k.name))).collect();
+        of(&format!("{{ kind = \"{kind}\", {} }}", keys.join(", ")))
+    };
+    let v = DVec3::new(1.0, 2.0, 3.0);
+    let heavy = all("dynamic", "density");
+    assert_eq!((heavy.mass, heavy.linear_velocity, heavy.angular_velocity), (Mass::Total(0.25), v, v));
+    assert_eq!((heavy.friction, heavy.restitution, heavy.gravity_scale), (0.25, 0.25, 0.25));
+    assert_eq!((heavy.linear_damping, heavy.angular_damping), (0.25, 0.25));
+    assert_eq!((heavy.shape, heavy.group.unwrap().value.as_str()), (CollisionShape::Hull, "g"));
+    assert_eq!(all("dynamic", "mass").mass, Mass::Density(0.25));
+    for kind in BodyKind::ALL {
+        assert_eq!(of(&format!("\"{}\"", kind.name())).kind, kind);
+        assert_eq!(all(kind.name(), "mass").kind, kind);
+    }
+}
+
+#[test]
+fn physics_and_joints() {
+    let balls = "[[objects]]\nname = \"one\"\nshape = \"sphere\"\nbody = { group = \"g\" }\n\
+                 [[objects]]\nname = \"two\"\nshape = \"sphere\"\nbody = \"fixed\"\n";
+    let keys = |name: &str| etendue_scene::read::keys::SECTIONS.iter().find(|s| s.name == name).unwrap().keys;
+    let lines = |name: &str, kind: &str| {
+        let used = keys(name).iter().filter(|k| k.name != "type" && (k.types.is_empty() || k.types.contains(&kind)));
+        used.map(|k| format!("{} = {}\n", k.name, value(name, k.name))).collect::<String>()
+    };
+    let physics = read(&format!("{balls}[physics]\n{}", lines("[physics]", ""))).physics;
+    assert_eq!((physics.gravity, physics.step, physics.substeps), (DVec3::new(0.0, 0.0, -2.0), 0.25, 7));
+    assert_eq!((physics.iterations, physics.start, physics.duration), (7, 0.25, Some(0.25)));
+    assert_eq!((physics.warm_up, physics.length_unit, physics.sleep), (0.25, Some(0.25), false));
+    assert_eq!((physics.friction_rule, physics.restitution_rule), (Combine::Min, Combine::Min));
+    assert_eq!((physics.contact_frequency, physics.contact_damping, physics.ignore.len()), (0.25, 0.25, 1));
+    for kind in JointKind::ALL {
+        let joint = format!("[[joints]]\ntype = \"{}\"\n{}", kind.name(), lines("[[joints]]", kind.name()));
+        let joint = &read(&format!("{balls}{joint}")).joints[0];
+        let axial = matches!(kind, JointKind::Hinge | JointKind::Slider);
+        assert_eq!((joint.kind, joint.anchor, joint.collide), (kind, DVec3::new(1.0, 2.0, 3.0), true));
+        assert_eq!((joint.limits.is_some(), joint.motor.is_some()), (axial, axial));
+        assert_eq!(joint.axis, if axial { DVec3::Z } else { DVec3::X });
+    }
+    let to_world = read(&format!("{balls}[[joints]]\ntype = \"ball\"\nbodies = \"one\"\nanchor = [0, 0, 0]"));
+    assert!(to_world.joints[0].bodies.1.is_none());
 }
 
 #[test]

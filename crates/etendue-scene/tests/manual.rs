@@ -110,6 +110,11 @@ fn every_choice_is_in_the_manual() {
         ("[environment]", "[environment]\ntype = \"?\""),
         ("[environment]", "[environment]\ntop = 1\nup = \"?\""),
         ("[[lights]]", "[[lights]]\ntype = \"?\""),
+        ("body", "[[objects]]\nbody = \"?\""),
+        ("body", "[[objects]]\nbody = { shape = \"?\" }"),
+        ("[physics]", "[physics]\nfriction_rule = \"?\""),
+        ("[physics]", "[physics]\nrestitution_rule = \"?\""),
+        ("[[joints]]", "[[joints]]\ntype = \"?\""),
     ];
     for (name, question) in questions {
         let section = SECTIONS.iter().find(|s| s.name == name).unwrap();

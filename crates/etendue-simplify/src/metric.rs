@@ -10,7 +10,7 @@ use crate::{Method, Options, Placement};
 
 /// Standard deviation of positions over the local edge length where the options do not say. Measured: see
 /// docs/simplify.md.
-pub const SIGMA: f64 = 0.01;
+pub const SIGMA: f64 = 0.0001;
 /// By how much of the local edge length vertices are perturbed.
 const PERTURBATION: f32 = 0.01;
 

@@ -5,6 +5,9 @@
 
 use crate::vector::{Vec3, add, area_normal, cross, dot, scale, sub};
 
+/// Of the trace: what pulls a minimum to where it is looked for.
+const PULL: f32 = 1e-6;
+
 /// `x` costs `x A x - 2 b x + c`, the sum over planes of weight times squared distance; `x` is relative to the vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Quadric {
@@ -94,18 +97,20 @@ impl Quadric {
         Self { a: self.a, b: sub(self.b, ax), c: self.c + (dot(ax, by) - 2.0 * dot(self.b, by)), w: self.w }
     }
 
-    /// Where the cost is least, and true where that is well defined.
+    /// How far from `place` the cost is least, and true where that is well defined. Where the cost hardly changes along a line or a plane,
+    /// it is the point of these that is nearest to the place.
     #[inline(always)]
-    pub fn minimum(&self) -> (Vec3, bool) {
+    pub fn minimum_near(&self, place: Vec3) -> (Vec3, bool) {
         let [a00, a11, a22, a01, a02, a12] = self.a;
-        let b = self.b;
-        let floor = (a00 + a11 + a22) * 1e-6;
+        let b = sub(self.b, self.times(place));
+        let pull = (a00 + a11 + a22) * PULL;
+        let a00 = a00 + pull;
         let l1 = a01 / a00;
         let l2 = a02 / a00;
-        let d1 = a11 - l1 * a01;
+        let d1 = a11 + pull - l1 * a01;
         let t = a12 - l2 * a01;
         let m = t / d1;
-        let d2 = a22 - l2 * a02 - m * t;
+        let d2 = a22 + pull - l2 * a02 - m * t;
         let y0 = b[0];
         let y1 = b[1] - l1 * y0;
         let y2 = b[2] - l2 * y0 - m * y1;
@@ -113,7 +118,7 @@ impl Quadric {
         let y = y1 / d1 - m * z;
         let x = y0 / a00 - l1 * y - l2 * z;
         // Not a short circuit: lanes have no branches.
-        let good = (a00 > floor) & (d1 > floor) & (d2 > floor);
+        let good = (a00 > 0.0) & (d1 > 0.0) & (d2 > 0.0);
         ([x, y, z], good)
     }
 }

@@ -8,6 +8,7 @@ pub mod camera;
 pub mod film;
 pub mod image;
 pub mod integrator;
+pub mod labels;
 pub mod light;
 pub mod material;
 pub mod math;

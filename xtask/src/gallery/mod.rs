@@ -1,6 +1,7 @@
 //! `cargo xtask gallery`: the paper's figures and the pictures of the models, and what they are made from.
 
 mod dragon_file;
+mod films;
 pub mod inputs;
 mod page;
 pub mod program;
@@ -10,6 +11,7 @@ use crate::{
     disk::{read, write},
     root,
 };
+use films::FILMS;
 use page::Record;
 use program::Program;
 use std::{
@@ -23,6 +25,7 @@ Renders the paper's figures, and makes what they are made from.
   cargo xtask gallery                 all figures: gallery/figure-N.toml
   cargo xtask gallery 1 4             these
   cargo xtask gallery models          the pictures of docs/models.md: gallery/models/NAME.toml
+  cargo xtask gallery films           the films, figure 9 among them: gallery/out/NAME.mp4; long
   cargo xtask gallery inputs          gallery/inputs again: textures and meshes; the same bytes everywhere
   cargo xtask gallery inputs --faces 200000
                                       a finer dragon beside the pictures, gallery/out/dragon.ply.gz
@@ -40,6 +43,7 @@ gallery/records.json and the table of docs/gallery.md. Ctrl-C stops: what is com
 struct Wish {
     figures: Vec<u32>,
     models: bool,
+    films: bool,
     inputs: bool,
     faces: Option<usize>,
     quick: bool,
@@ -54,6 +58,7 @@ impl Wish {
             let mut value = |what: &str| rest.next().ok_or_else(|| format!("{argument} takes {what}"));
             match argument {
                 "models" => wish.models = true,
+                "films" => wish.films = true,
                 "inputs" => wish.inputs = true,
                 "--quick" => wish.quick = true,
                 "--dragon" => wish.dragon = Some(PathBuf::from(value("a file")?)),
@@ -71,10 +76,15 @@ impl Wish {
         if wish.faces.is_some() && !wish.inputs {
             return Err("--faces goes with `inputs`".to_owned());
         }
-        if wish.inputs && (wish.quick || wish.dragon.is_some()) && wish.figures.is_empty() && !wish.models {
+        if wish.inputs && (wish.quick || wish.dragon.is_some()) && !wish.pictures() {
             return Err("--quick and --dragon are for pictures".to_owned());
         }
         Ok(wish)
+    }
+
+    /// Whether anything is named that is rendered.
+    fn pictures(&self) -> bool {
+        !self.figures.is_empty() || self.models || self.films
     }
 }
 
@@ -99,7 +109,7 @@ fn fulfil(wish: &Wish) -> Result<(), String> {
             Some(faces) => write(&gallery.join("out/dragon.ply.gz"), &inputs::dragon(faces))?,
             None => remake(&gallery.join("inputs"))?,
         }
-        if wish.figures.is_empty() && !wish.models {
+        if !wish.pictures() {
             return Ok(());
         }
     }
@@ -107,10 +117,13 @@ fn fulfil(wish: &Wish) -> Result<(), String> {
     if !wish.figures.is_empty() {
         let there: Vec<String> = figures.iter().map(u32::to_string).collect();
         if let Some(missing) = wish.figures.iter().find(|n| !figures.contains(n)) {
+            if FILMS.iter().any(|film| film.name == format!("figure-{missing}")) {
+                return Err(format!("figure {missing} is a film: `cargo xtask gallery films`"));
+            }
             return Err(format!("there is no figure {missing}; there are {}", there.join(", ")));
         }
         figures.retain(|n| wish.figures.contains(n));
-    } else if wish.models {
+    } else if wish.pictures() {
         figures.clear();
     }
     if let Some(file) = &wish.dragon
@@ -135,12 +148,19 @@ fn fulfil(wish: &Wish) -> Result<(), String> {
             page::record(Record::new(number, &rendered, &picture)?)?;
         }
     }
-    if wish.models { models(&program, &gallery, wish.quick) } else { Ok(()) }
+    if wish.models {
+        models(&program, &gallery, wish.quick)?;
+    }
+    if wish.films { films::make(&program, &gallery, wish.quick) } else { Ok(()) }
 }
 
-/// The numbers of the figures whose scenes are there, ascending.
+/// The numbers of the figures that are pictures and whose scenes are there, ascending.
 fn numbered(gallery: &Path) -> Result<Vec<u32>, String> {
-    let name = |path: PathBuf| path.file_stem()?.to_str()?.strip_prefix("figure-")?.parse().ok();
+    let name = |path: PathBuf| {
+        let name = path.file_stem()?.to_str()?;
+        let film = FILMS.iter().any(|film| film.name == name);
+        name.strip_prefix("figure-")?.parse().ok().filter(|_| !film)
+    };
     let mut numbers: Vec<u32> = scenes(gallery)?.into_iter().filter_map(name).collect();
     numbers.sort_unstable();
     Ok(numbers)
@@ -208,6 +228,7 @@ mod tests {
             parse("inputs --faces 200000").unwrap(),
             Wish { inputs: true, faces: Some(200_000), ..Wish::default() }
         );
+        assert_eq!(parse("films --quick").unwrap(), Wish { films: true, quick: true, ..Wish::default() });
         for wrong in ["--dragon", "--faces 5 inputs", "--faces 5000", "figure", "-1", "inputs --quick"] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }

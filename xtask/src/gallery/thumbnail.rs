@@ -22,6 +22,34 @@ pub fn of(file: &[u8]) -> Result<Vec<u8>, String> {
     }
 }
 
+/// Frames of a film side by side, so many in a row, all of one size.
+pub fn sheet(files: &[Vec<u8>], columns: usize) -> Result<Vec<u8>, String> {
+    let frames: Vec<Canvas<3>> =
+        files.iter().map(|file| decode(file)).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
+    let mut width = 2 * WIDTH / columns;
+    loop {
+        let cells: Vec<Canvas<3>> = frames.iter().map(|frame| shrunk(frame, width.min(frame.width))).collect();
+        let [w, h] = cells.first().map_or([1, 1], |cell| [cell.width, cell.height]);
+        if cells.iter().any(|cell| [cell.width, cell.height] != [w, h]) {
+            return Err("frames of different sizes".to_owned());
+        }
+        let rows = cells.len().div_ceil(columns);
+        let mut sheet = Canvas::new(w * columns, h * rows, [1.0; 3]);
+        for (i, cell) in cells.iter().enumerate() {
+            let (left, top) = (i % columns * w, i / columns * h);
+            for (y, row) in cell.pixels.chunks_exact(w).enumerate() {
+                let at = (top + y) * sheet.width + left;
+                sheet.pixels[at..at + w].copy_from_slice(row);
+            }
+        }
+        let bytes = sheet.png();
+        if bytes.len() <= MOST || width < 16 {
+            return Ok(bytes);
+        }
+        width = width * 9 / 10;
+    }
+}
+
 fn decode(file: &[u8]) -> Result<Canvas<3>, png::DecodingError> {
     let mut decoder = png::Decoder::new(Cursor::new(file));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
@@ -89,6 +117,17 @@ mod tests {
             })
         });
         assert!(of(&noise.png()).unwrap().len() <= MOST);
+    }
+
+    #[test]
+    fn frames_stand_in_rows() {
+        let frame = |grey: f64| Canvas::new(8, 6, [grey; 3]).png();
+        let files: Vec<Vec<u8>> = [0.0, 0.2, 0.4, 0.6].map(frame).into();
+        let together = decode(&sheet(&files, 3).unwrap()).unwrap();
+        assert_eq!((together.width, together.height), (24, 12));
+        let at = |x: usize, y: usize| together.pixels[y * 24 + x][0];
+        assert_eq!([at(0, 0), at(8, 5), at(23, 0), at(7, 6), at(8, 6)], [0.0, 0.2, 0.4, 0.6, 1.0]);
+        assert!(sheet(&[frame(0.5), Canvas::new(9, 6, [0.0; 3]).png()], 2).is_err());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::{meshes::Loader, sky};
 use crate::{
-    Diagnostic,
+    Diagnostic, Diagnostics,
     description::{EnvironmentRecord, Located, UpAxis},
     find_file::find_file,
     image_file::decode_image,
@@ -21,17 +21,11 @@ impl Loader<'_> {
     /// The environment; `None` if its image cannot be read, which is reported.
     pub fn environment(&mut self, record: &EnvironmentRecord) -> Option<Environment> {
         match record {
-            EnvironmentRecord::Constant(radiance) => Some(Environment::Constant(*radiance)),
-            EnvironmentRecord::Gradient { top, horizon, bottom, up } => {
-                let map = RadianceMap::gradient(*top, *horizon, *bottom).ok()?;
-                let orientation = orientation(*up, 0.0);
-                Some(Environment::Image { map: Arc::new(map), orientation, strength: Spectrum::ONE })
-            }
             EnvironmentRecord::Image { file, strength, rotation, up } => {
                 let map = Arc::new(self.radiance_map(file)?);
                 Some(Environment::Image { map, orientation: orientation(*up, *rotation), strength: *strength })
             }
-            EnvironmentRecord::Sky(record) => Some(sky::sky(record, &mut self.findings)),
+            _ => without_image(record, &mut self.findings),
         }
     }
 
@@ -64,6 +58,34 @@ impl Loader<'_> {
         let source = self.sources.read(&path, limits.file).map_err(|error| error.to_string())?;
         let image = decode_image(&path, &self.sources.bytes(source), limits).map_err(|error| error.to_string())?;
         map_of(&image).map_err(|error| format!("{}: {error}", path.display()))
+    }
+}
+
+/// An environment with other numbers, whose image, if it has one, is that of `before`.
+pub fn environment_at(
+    record: &EnvironmentRecord,
+    before: Option<&Environment>,
+    findings: &mut Diagnostics,
+) -> Option<Environment> {
+    match (record, before) {
+        (EnvironmentRecord::Image { strength, rotation, up, .. }, Some(Environment::Image { map, .. })) => {
+            Some(Environment::Image { map: map.clone(), orientation: orientation(*up, *rotation), strength: *strength })
+        }
+        (EnvironmentRecord::Image { .. }, _) => None,
+        _ => without_image(record, findings),
+    }
+}
+
+fn without_image(record: &EnvironmentRecord, findings: &mut Diagnostics) -> Option<Environment> {
+    match record {
+        EnvironmentRecord::Constant(radiance) => Some(Environment::Constant(*radiance)),
+        EnvironmentRecord::Gradient { top, horizon, bottom, up } => {
+            let map = RadianceMap::gradient(*top, *horizon, *bottom).ok()?;
+            let orientation = orientation(*up, 0.0);
+            Some(Environment::Image { map: Arc::new(map), orientation, strength: Spectrum::ONE })
+        }
+        EnvironmentRecord::Sky(record) => Some(sky::sky(record, findings)),
+        EnvironmentRecord::Image { .. } => None,
     }
 }
 

@@ -7,7 +7,10 @@ use crate::{
     image_file::decode_texture,
     import::LoadedTexture,
 };
-use etendue::texture::{Texture, TextureImage, Transfer};
+use etendue::{
+    material::Material,
+    texture::{Texture, TextureImage, Transfer},
+};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -38,6 +41,20 @@ pub struct Textures {
 }
 
 impl Textures {
+    /// Those that have been read.
+    pub fn of(images: &[LoadedTexture]) -> Self {
+        let files = images.iter().map(|texture| (texture.path.clone(), Some(texture.image.clone()))).collect();
+        Self { files, others: BTreeMap::new() }
+    }
+
+    /// A material all of whose images have been read, by names relative to `folder`.
+    pub fn material(&mut self, material: &Material<TextureRecord>, folder: &Path) -> Material {
+        let (mut sources, limits, mut findings) = (SourceMap::new(), Limits::default(), Diagnostics::new());
+        let (sources, findings) = (&mut sources, &mut findings);
+        let mut files = TextureFiles { folder, missing: Severity::Warning, sources, limits: &limits, findings };
+        material.map_textures(&mut |record, transfer| self.load(record, transfer, &mut files))
+    }
+
     /// The images, by path.
     pub fn images(&self) -> impl Iterator<Item = LoadedTexture> + '_ {
         let read = self.files.iter().filter_map(|(path, image)| Some((path, image.as_ref()?)));

@@ -12,11 +12,20 @@ use etendue::{
     scene::{SceneParts, Shape},
 };
 
+use std::ops::Range;
+
 /// Degrees to radians, sides of the picture to axes, what is looked at to a direction, what is in focus to a distance.
+///
+/// `moved`: objects of `parts` that are elsewhere, and how they got there.
 ///
 /// # Errors
 /// If what should be in focus is not before the camera.
-pub fn camera(record: &CameraRecord, size: [u32; 2], parts: &SceneParts) -> Result<CameraSettings, Diagnostic> {
+pub fn camera(
+    record: &CameraRecord,
+    size: [u32; 2],
+    parts: &SceneParts,
+    moved: Option<(Range<usize>, DAffine3)>,
+) -> Result<CameraSettings, Diagnostic> {
     let direction = match record.view {
         View::LookAt(target) => target - record.position,
         View::Direction(direction) => direction,
@@ -28,7 +37,7 @@ pub fn camera(record: &CameraRecord, size: [u32; 2], parts: &SceneParts) -> Resu
         Lens::Orthographic { height } => Projection::Orthographic { height: *height },
         Lens::Perspective { angle, radius, aperture, focus } => {
             let (fov, axis) = field_of_view(*angle, size);
-            let distance = focus_distance(focus, record, forward, parts)?;
+            let distance = focus_distance(focus, record, forward, parts, moved)?;
             let aperture = match *aperture {
                 ApertureRecord::Round => Aperture::Round,
                 ApertureRecord::Square { rotation } => Aperture::Square { rotation: rotation.to_radians() },
@@ -70,7 +79,13 @@ fn field_of_view(angle: Angle, [width, height]: [u32; 2]) -> (f64, camera::FovAx
 }
 
 /// Distance of the plane in focus along the view.
-fn focus_distance(focus: &Focus, record: &CameraRecord, forward: DVec3, parts: &SceneParts) -> Result<f64, Diagnostic> {
+fn focus_distance(
+    focus: &Focus,
+    record: &CameraRecord,
+    forward: DVec3,
+    parts: &SceneParts,
+    moved: Option<(Range<usize>, DAffine3)>,
+) -> Result<f64, Diagnostic> {
     let to = |point: DVec3, what: String, origin: &Origin| {
         let distance = (point - record.position).dot(forward);
         if distance > 0.0 {
@@ -82,7 +97,7 @@ fn focus_distance(focus: &Focus, record: &CameraRecord, forward: DVec3, parts: &
     match focus {
         Focus::Distance(distance) => Ok(*distance),
         Focus::Point(point) => to(point.value, "`focus_point`".to_owned(), &point.origin),
-        Focus::Object(name) => match middle_of(&name.value, parts) {
+        Focus::Object(name) => match middle_of(&name.value, parts, moved) {
             Some(middle) => to(middle, format!("the middle of `{}`", name.value), &name.origin),
             // Its mesh could not be loaded, which has been reported.
             None => Ok(1.0),
@@ -96,16 +111,51 @@ fn focus_distance(focus: &Focus, record: &CameraRecord, forward: DVec3, parts: &
 }
 
 /// The middle of the bounding box of all that is called `name`.
-fn middle_of(name: &str, parts: &SceneParts) -> Option<DVec3> {
-    let objects = parts.objects.iter().filter(|object| object.name == name);
-    let boxes = objects.map(|object| {
-        let shape = &parts.shapes[object.shape];
-        // The highest corner is the lowest one of the mirror image, mirrored back.
-        let mirrored = DAffine3::from_scale(DVec3::NEG_ONE) * object.transform;
-        (lowest(shape, &object.transform), -lowest(shape, &mirrored))
+fn middle_of(name: &str, parts: &SceneParts, moved: Option<(Range<usize>, DAffine3)>) -> Option<DVec3> {
+    let named = parts.objects.iter().enumerate().filter(|(_, object)| object.name == name);
+    let placed = named.map(|(index, object)| match &moved {
+        Some((range, motion)) if range.contains(&index) => (&parts.shapes[object.shape], *motion * object.transform),
+        _ => (&parts.shapes[object.shape], object.transform),
     });
-    let (low, high) = boxes.reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))?;
+    middle_of_all(placed)
+}
+
+/// The middle of the box about some shapes.
+fn middle_of_all<'a>(placed: impl Iterator<Item = (&'a Shape, DAffine3)>) -> Option<DVec3> {
+    let [low, high] = bounds_of_all(placed)?;
     Some(0.5 * (low + high)).filter(|middle| middle.is_finite())
+}
+
+/// The box about some shapes.
+fn bounds_of_all<'a>(placed: impl Iterator<Item = (&'a Shape, DAffine3)>) -> Option<[DVec3; 2]> {
+    let boxes = placed.map(|(shape, transform)| {
+        // The highest corner is the lowest one of the mirror image, mirrored back.
+        let mirrored = DAffine3::from_scale(DVec3::NEG_ONE) * transform;
+        [lowest(shape, &transform), -lowest(shape, &mirrored)]
+    });
+    boxes.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])
+}
+
+/// Of an object that is some of the parts' objects, the transform and the middle, in the world, of its bounding box in its own axes.
+pub fn middle(parts: &SceneParts, placed: Range<usize>) -> Option<(DAffine3, DVec3)> {
+    let transform = parts.objects.get(placed.clone())?.first()?.transform;
+    let [low, high] = own_bounds(parts, placed)?;
+    let middle = transform.transform_point3(0.5 * (low + high));
+    middle.is_finite().then_some((transform, middle))
+}
+
+/// Lowest and highest corner, in the world, of an object's bounding box in its own axes.
+pub fn bounds(parts: &SceneParts, placed: Range<usize>) -> Option<[DVec3; 2]> {
+    let transform = parts.objects.get(placed.clone())?.first()?.transform;
+    let own = own_bounds(parts, placed)?;
+    let corner = |i: usize| DVec3::new(own[i & 1].x, own[i >> 1 & 1].y, own[i >> 2].z);
+    let corners = (0..8).map(|i| transform.transform_point3(corner(i)));
+    corners.map(|corner| [corner; 2]).reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])
+}
+
+fn own_bounds(parts: &SceneParts, placed: Range<usize>) -> Option<[DVec3; 2]> {
+    let objects = parts.objects.get(placed)?;
+    bounds_of_all(objects.iter().map(|object| (&parts.shapes[object.shape], DAffine3::IDENTITY)))
 }
 
 /// The lowest corner of a shape's bounding box after a transform.

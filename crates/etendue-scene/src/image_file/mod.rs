@@ -11,6 +11,7 @@
 //!
 //! A format is told by the first bytes, whatever the ending; TGA, which has no mark of its own, by the ending.
 
+pub mod entries;
 pub mod exr;
 mod hdr;
 mod jpeg;

@@ -1,4 +1,5 @@
-//! Pictures out: PNG, OpenEXR, Radiance HDR and PFM files, written whole or not at all, and what is computed on them.
+//! Pictures and labels out: PNG, OpenEXR, Radiance HDR, PFM and NPY files, written whole or not at all, and what is computed on
+//! them.
 
 pub mod atomic;
 pub mod exr;
@@ -6,7 +7,9 @@ pub mod flip;
 pub mod hash;
 pub mod hdr;
 pub mod heat;
+pub mod labels;
 pub mod metric;
+pub mod npy;
 pub mod pfm;
 pub mod png;
 

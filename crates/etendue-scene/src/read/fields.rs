@@ -1,6 +1,7 @@
 //! Walking tables by hand: every value is checked where it stands, and every key is accounted for.
 
 use super::{
+    keyed::Part,
     keys::{Key, Section},
     texture::Textures,
 };
@@ -9,7 +10,10 @@ use crate::{
     diagnostic::nearest,
     value::{Data, Entry, Value},
 };
-use std::cell::{Cell, RefCell};
+use std::{
+    cell::{Cell, RefCell},
+    collections::BTreeMap,
+};
 
 /// What the reading of one file shares.
 #[derive(Debug)]
@@ -20,9 +24,27 @@ pub struct Context {
     pub damaged: bool,
     /// `[textures.NAME]`, by name; `None` for those that could not be read. All are there before a material refers to one.
     pub textures: RefCell<Textures>,
+    /// The time that values with keys are read at, seconds.
+    pub time: Cell<f64>,
+    /// The part that is being read, if it may have keys.
+    pub part: Cell<Option<Part>>,
+    /// Parts that have keys, with the times of those.
+    pub varying: RefCell<BTreeMap<Part, Vec<f64>>>,
 }
 
 impl Context {
+    /// A reading at time 0 that has found `diagnostics` so far.
+    pub fn new(diagnostics: Diagnostics, damaged: bool) -> Self {
+        Self {
+            diagnostics: RefCell::new(diagnostics),
+            damaged,
+            textures: RefCell::default(),
+            time: Cell::new(0.0),
+            part: Cell::new(None),
+            varying: RefCell::default(),
+        }
+    }
+
     /// Reports something.
     pub fn push(&self, diagnostic: Diagnostic) {
         self.diagnostics.borrow_mut().push(diagnostic);
@@ -157,6 +179,11 @@ impl<'a> Fields<'a> {
     /// The fields of `entries`.
     pub fn new(cx: &'a Context, section: &'static Section, entries: &'a [Entry], origin: &'a Origin) -> Self {
         Self { cx, section, entries, origin, variant: None, read: Cell::new(0) }
+    }
+
+    /// What the reading shares.
+    pub fn cx(&self) -> &'a Context {
+        self.cx
     }
 
     /// The variant of the table by its key `type` (or another one), and which one an absent key means; without that the key

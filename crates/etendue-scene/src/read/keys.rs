@@ -52,6 +52,9 @@ pub static FILE: Section = Section {
         all("meshes"),
         all("objects"),
         all("lights"),
+        all("animation"),
+        all("physics"),
+        all("joints"),
     ],
 };
 
@@ -352,6 +355,8 @@ pub static OBJECT: Section = Section {
         all("material"),
         of("materials", &["mesh"]),
         all("transform"),
+        all("motion"),
+        all("body"),
         of("mesh", &["mesh"]),
         of("file", &["mesh"]),
         of("crease_angle", &["mesh"]),
@@ -366,6 +371,69 @@ pub static OBJECT: Section = Section {
         of("max", &["box"]),
         of("segments", &["disk"]),
     ],
+};
+
+/// How an object moves and collides.
+pub static BODY: Section = Section {
+    name: "body",
+    keys: &[
+        all("kind"),
+        all("shape"),
+        all("friction"),
+        all("restitution"),
+        all("group"),
+        of("mass", &["dynamic"]),
+        of("density", &["dynamic"]),
+        of("linear_velocity", &["dynamic"]),
+        of("angular_velocity", &["dynamic"]),
+        of("linear_damping", &["dynamic"]),
+        of("angular_damping", &["dynamic"]),
+        of("gravity_scale", &["dynamic"]),
+    ],
+};
+
+/// What holds for all bodies.
+pub static PHYSICS: Section = Section {
+    name: "[physics]",
+    keys: &[
+        all("gravity"),
+        all("step"),
+        all("substeps"),
+        all("iterations"),
+        all("start"),
+        all("duration"),
+        all("warm_up"),
+        all("friction_rule"),
+        all("restitution_rule"),
+        all("length_unit"),
+        all("contact_frequency"),
+        all("contact_damping"),
+        all("sleep"),
+        all("ignore"),
+    ],
+};
+
+/// Joints that leave something free that can be measured.
+const AXIAL: &[&str] = &["hinge", "slider"];
+
+/// What joins two bodies.
+pub static JOINT: Section = Section {
+    name: "[[joints]]",
+    keys: &[
+        all("type"),
+        all("bodies"),
+        all("anchor"),
+        of("axis", AXIAL),
+        of("limits", AXIAL),
+        of("motor", AXIAL),
+        all("collide"),
+    ],
+};
+
+/// What drives a joint.
+pub static MOTOR: Section = Section {
+    name: "motor",
+    keys: &[all("velocity"), all("position"), all("stiffness"), all("damping"), all("max_force")],
 };
 
 /// One step of a transform.
@@ -395,8 +463,35 @@ pub static LIGHT: Section = Section {
     ],
 };
 
+/// Time.
+pub static ANIMATION: Section = Section {
+    name: "[animation]",
+    keys: &[
+        all("start"),
+        all("speed"),
+        all("fps"),
+        all("frames"),
+        all("duration"),
+        all("shutter"),
+        all("shutter_curve"),
+        all("keyframes"),
+    ],
+};
+
+/// Poses from a file.
+pub static KEYFRAMES: Section = Section {
+    name: "keyframes",
+    keys: &[all("file"), all("objects"), all("times"), all("start"), all("fps"), all("interpolation"), all("relative")],
+};
+
+/// The motion of an object.
+pub static MOTION: Section = Section { name: "motion", keys: &[all("translate"), all("rotate"), all("pivot")] };
+
+/// A value that changes over time.
+pub static KEYED: Section = Section { name: "a value with keys", keys: &[all("keys"), all("interpolation")] };
+
 /// Every section, in the order of the manual.
-pub static SECTIONS: [&Section; 26] = [
+pub static SECTIONS: [&Section; 34] = [
     &FILE,
     &CAMERA,
     &FILM,
@@ -419,8 +514,16 @@ pub static SECTIONS: [&Section; 26] = [
     &MESH,
     &SIMPLIFY,
     &OBJECT,
+    &BODY,
     &STEP,
     &ROTATE,
     &LOOK_AT,
+    &MOTION,
     &LIGHT,
+    &ANIMATION,
+    &KEYFRAMES,
+    &KEYED,
+    &PHYSICS,
+    &JOINT,
+    &MOTOR,
 ];

@@ -264,7 +264,7 @@ fn metal(fields: &Fields) -> Option<(Color<TextureRecord>, Color<TextureRecord>)
 }
 
 fn emission(item: Item) -> Option<Emission<TextureRecord>> {
-    if !matches!(item.value.data, Data::Table(_)) {
+    if !matches!(item.value.data, Data::Table(_)) || item.is_keyed() {
         return Some(Emission { radiance: item.colour(Bounds::LIGHT)?.into(), two_sided: false });
     }
     let fields = item.table(&keys::EMISSION, "{ radiance = 1 }")?;

@@ -1,12 +1,16 @@
 //! Scene files in TOML: bytes to a [`SceneDescription`], with every finding of one run.
 
+mod again;
+mod animation;
 mod fields;
+mod keyed;
 pub mod keys;
 mod light;
 mod material;
 mod medium;
 mod object;
 mod pattern;
+mod physics;
 mod references;
 mod settings;
 mod simplify;
@@ -16,11 +20,16 @@ mod texture;
 mod toml_syntax;
 mod values;
 
+pub(crate) use animation::{DURATION, FPS, MAX_FRAMES, ROWS, SHUTTER, SPEED};
+pub(crate) use keyed::TIME;
 pub(crate) use material::PRIORITY;
 pub use material::default_material;
 pub(crate) use medium::{COEFFICIENT, FREE_PATH, MEAN_COSINE, TINT, WEIGHT};
 pub(crate) use object::SEGMENTS;
 pub(crate) use pattern::{KINDS as PATTERNS, MAX_STOPS};
+pub(crate) use physics::{
+    DURATIONS, FORCES, FREQUENCIES, FRICTIONS, MASSES, MAX_IGNORED, PARTS, RATIOS, SIZES, SPEEDS, STEPS, TIMES,
+};
 pub use references::check_files;
 pub(crate) use settings::MAX_DEPTH;
 pub use settings::MAX_SIDE;
@@ -30,11 +39,16 @@ pub use values::{Bounds, rotation, sin_cos_degrees};
 
 use crate::{
     Diagnostic, Diagnostics, FileId, Span,
-    description::{MaterialRecord, MediumRecord, MeshRecord, SceneDescription},
+    animation::Varying,
+    description::{
+        CameraRecord, EnvironmentRecord, Located, MaterialRecord, MediumRecord, MeshRecord, SceneDescription,
+    },
     value::{Data, Entry},
 };
+use etendue::scene::DeltaLight;
 use fields::{Context, Fields, Item};
-use std::{cell::RefCell, path::Path};
+pub use keyed::Part;
+use std::path::Path;
 
 /// Media, materials, meshes, objects and lights that a scene file may have, of each.
 pub const MAX_RECORDS: usize = 1 << 20;
@@ -50,9 +64,10 @@ pub fn read_toml(file: FileId, bytes: &[u8], folder: &Path) -> (Option<SceneDesc
 fn read_any(file: FileId, bytes: &[u8], folder: &Path) -> (SceneDescription, Diagnostics) {
     let mut diagnostics = Diagnostics::new();
     let (entries, damaged) = toml_syntax::read(file, bytes, &mut diagnostics);
-    let cx = Context { diagnostics: RefCell::new(diagnostics), damaged, textures: RefCell::default() };
+    let cx = Context::new(diagnostics, damaged);
     let description = scene(&cx, &entries, file, folder);
     references::check(&cx, &description);
+    physics::check(&cx, &description);
     let mut diagnostics = cx.diagnostics.into_inner();
     diagnostics.sort();
     (description, diagnostics)
@@ -64,23 +79,42 @@ fn scene(cx: &Context, entries: &[Entry], file: FileId, folder: &Path) -> SceneD
     let fields = Fields::new(cx, &keys::FILE, entries, &origin);
     // First, since materials name them.
     fields.read("textures", texture::textures);
+    let animation = animation::animation(&fields);
+    cx.time.set(animation.start);
     let description = SceneDescription {
         folder: folder.to_owned(),
-        camera: fields.need("camera", settings::camera).unwrap_or_else(|| settings::any_camera(&origin)),
+        camera: camera(&fields).unwrap_or_else(|| settings::any_camera(&origin)),
         film: settings::film(&fields),
         sampler: settings::sampler(&fields),
         integrator: settings::integrator(&fields),
         accelerator: settings::accelerator(&fields),
-        environment: light::environment(&fields),
+        environment: environment(&fields),
         media: fields.read("media", media).unwrap_or_default(),
         world_medium: medium::world(&fields),
-        materials: fields.read("materials", materials).unwrap_or_default(),
+        materials: materials(&fields).unwrap_or_default(),
         meshes: fields.read("meshes", meshes).unwrap_or_default(),
         objects: fields.read("objects", |item| records(item, "objects", object::object)).unwrap_or_default(),
-        lights: fields.read("lights", |item| records(item, "lights", light::light)).unwrap_or_default(),
+        lights: lights(&fields).unwrap_or_default(),
+        animation,
+        varying: Varying::default(),
+        physics: fields.read("physics", physics::physics).unwrap_or_default(),
+        joints: fields.read("joints", |item| records(item, "joints", physics::joint)).unwrap_or_default(),
     };
     fields.finish();
-    description
+    SceneDescription { varying: again::varying(cx, entries, &origin), ..description }
+}
+
+fn camera(file: &Fields) -> Option<CameraRecord> {
+    file.cx().in_part(Part::Camera, || file.need("camera", settings::camera))
+}
+
+fn environment(file: &Fields) -> Option<EnvironmentRecord> {
+    file.cx().in_part(Part::Environment, || light::environment(file))
+}
+
+fn lights(file: &Fields) -> Option<Vec<Located<DeltaLight>>> {
+    let read = |item| records(item, "lights", light::light);
+    file.cx().in_part(Part::Lights, || file.read("lights", read))
 }
 
 /// The named tables of `[materials]`, `[meshes]` or `[textures]`.
@@ -94,12 +128,13 @@ fn named<'a>(item: Item<'a>, kind: &str) -> Option<impl Iterator<Item = (&'a Ent
     Some(entries.iter().map(move |entry| (entry, Item { cx: item.cx, name: &entry.key, value: &entry.value })))
 }
 
-fn materials(item: Item) -> Option<Vec<MaterialRecord>> {
+fn materials(file: &Fields) -> Option<Vec<MaterialRecord>> {
     let record = |(entry, item): (&Entry, Item)| {
         let (material, interior) = material::material(item, &entry.key);
         MaterialRecord { material, interior, origin: entry.origin.clone() }
     };
-    Some(named(item, "materials")?.map(record).collect())
+    let read = |item: Item| Some(named(item, "materials")?.map(record).collect());
+    file.cx().in_part(Part::Materials, || file.read("materials", read))
 }
 
 fn media(item: Item) -> Option<Vec<MediumRecord>> {

@@ -1,8 +1,9 @@
 //! `[meshes.NAME]` and `[[objects]]` with their transforms.
 
 use super::{
+    animation,
     fields::{Fields, Item},
-    keys, simplify,
+    keys, physics, simplify,
     values::Bounds,
 };
 use crate::{
@@ -212,6 +213,8 @@ pub fn object(item: Item) -> Option<ObjectRecord> {
             _ => Vec::new(),
         },
         transform: fields.read("transform", transform).unwrap_or_default(),
+        motion: fields.read("motion", animation::motion),
+        body: fields.read("body", physics::body),
         origin: fields.origin.clone(),
     };
     fields.finish();

@@ -131,7 +131,7 @@ fn parameter<'a, V>(
     one: V,
     value: impl Fn(Item<'a>, bool) -> Option<V>,
 ) -> Option<Parameter<V, TextureRecord>> {
-    if !matches!(item.value.data, Data::Table(_)) {
+    if !matches!(item.value.data, Data::Table(_)) || item.is_keyed() {
         return value(item, false).map(Parameter::constant);
     }
     let fields = item.table(&keys::PARAMETER, "")?;

@@ -67,8 +67,13 @@ impl fmt::Display for Bounds {
 }
 
 impl<'a> Item<'a> {
-    /// A number inside `bounds`.
+    /// A number inside `bounds`; where values may change over time, also by keys.
     pub fn number(&self, bounds: Bounds) -> Option<f64> {
+        self.keyed(|item| item.plain_number(bounds))
+    }
+
+    /// A number inside `bounds`, written as such.
+    pub fn plain_number(&self, bounds: Bounds) -> Option<f64> {
         let x = match self.value.data {
             Data::Integer(x) => x as f64,
             Data::Float(x) => x,
@@ -110,7 +115,7 @@ impl<'a> Item<'a> {
 
     /// `N` numbers inside `bounds`.
     pub fn numbers<const N: usize>(&self, bounds: Bounds) -> Option<[f64; N]> {
-        self.fixed(&format!("an array of {N} numbers"), |item| item.number(bounds))
+        self.fixed(&format!("an array of {N} numbers"), |item| item.plain_number(bounds))
     }
 
     /// Exactly `N` items, each as `parse` understands it; reports every bad one.
@@ -125,14 +130,22 @@ impl<'a> Item<'a> {
         parsed?.try_into().ok()
     }
 
-    /// A point or vector, metres.
+    /// A point or vector, metres; where values may change over time, also by keys.
     pub fn point(&self) -> Option<DVec3> {
+        self.keyed(|item| item.plain_point())
+    }
+
+    /// A point or vector, metres, written as such.
+    pub fn plain_point(&self) -> Option<DVec3> {
         self.numbers(Bounds::COORDINATE).map(DVec3::from_array)
     }
 
-    /// A vector that is not zero.
+    /// A vector that is not zero; where values may change over time, also by keys.
     pub fn direction(&self) -> Option<DVec3> {
-        let v = self.point()?;
+        self.keyed(|item| item.not_zero(item.plain_point()?)).and_then(|v| self.not_zero(v))
+    }
+
+    fn not_zero(&self, v: DVec3) -> Option<DVec3> {
         match v.try_normalize() {
             Some(_) => Some(v),
             None => self.error(format!("`{}` is zero", self.name), "expected a direction"),
@@ -148,11 +161,16 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// A colour: a number (grey), three numbers (linear sRGB), or `"#rrggbb"` (sRGB).
+    /// A colour: a number (grey), three numbers (linear sRGB), or `"#rrggbb"` (sRGB); where values may change over time, also
+    /// by keys.
     pub fn colour(&self, bounds: Bounds) -> Option<Spectrum> {
+        self.keyed(|item| item.plain_colour(bounds))
+    }
+
+    fn plain_colour(&self, bounds: Bounds) -> Option<Spectrum> {
         let rgb = match &self.value.data {
             Data::Array(_) => self.numbers(bounds)?,
-            Data::Integer(_) | Data::Float(_) => [self.number(bounds)?; 3],
+            Data::Integer(_) | Data::Float(_) => [self.plain_number(bounds)?; 3],
             Data::String(text) => match parse_hex(text) {
                 Some(bytes) => bytes.map(srgb_to_linear),
                 None => {

@@ -1,12 +1,16 @@
 //! What values each key of a scene file takes.
 
 use crate::{
+    physics::{BodyKind, CollisionShape, Combine, JointKind},
     read::{
-        Bounds, COEFFICIENT, FACES, FREE_PATH, LATITUDES, LONGITUDES, MAX_DEPTH, MAX_RECORDS, MAX_SIDE, MAX_STOPS,
-        MEAN_COSINE, PATTERNS, PRIORITY, RATIO, SEGMENTS, SIGMAS, SUN_SIZES, TINT, TURBIDITIES, WEIGHT, ZONES,
+        Bounds, COEFFICIENT, DURATION, DURATIONS, FACES, FORCES, FPS, FREE_PATH, FREQUENCIES, FRICTIONS, LATITUDES,
+        LONGITUDES, MASSES, MAX_DEPTH, MAX_FRAMES, MAX_IGNORED, MAX_RECORDS, MAX_SIDE, MAX_STOPS, MEAN_COSINE, PARTS,
+        PATTERNS, PRIORITY, RATIO, RATIOS, ROWS, SEGMENTS, SHUTTER, SIGMAS, SIZES, SPEED, SPEEDS, STEPS, SUN_SIZES,
+        TIME, TIMES, TINT, TURBIDITIES, WEIGHT, ZONES,
         keys::{self, Section},
     },
     simplify::{METHODS, PLACEMENTS},
+    track::Interpolation,
     volume_file::{Axes, ByteOrder, SampleType},
 };
 use etendue::{
@@ -96,6 +100,37 @@ fn pair(kind: Kind) -> Kind {
 
 /// What `key` of `section` takes; `None` if nobody has said.
 pub fn kind(section: &str, key: &str) -> Option<Kind> {
+    let kind = constant(section, key)?;
+    let varies = matches!(
+        section,
+        "[camera]"
+            | "[environment]"
+            | "[materials.NAME]"
+            | "a textured parameter"
+            | "emission"
+            | "tangent"
+            | "[[lights]]"
+            | "rotate"
+    );
+    Some(if varies { with_keys(kind) } else { kind })
+}
+
+/// A value with keys in the place of each number, colour and point.
+fn with_keys(kind: Kind) -> Kind {
+    match kind {
+        Number(_) | Colour(_) => Kind::Any(vec![kind, Table(&keys::KEYED)]),
+        Kind::Array(item, 3, 3) if matches!(*item, Number(_)) => {
+            Kind::Any(vec![Kind::Array(item, 3, 3), Table(&keys::KEYED)])
+        }
+        Kind::Array(item, low, high) if !matches!(*item, Number(_)) => {
+            Kind::Array(Box::new(with_keys(*item)), low, high)
+        }
+        Kind::Any(kinds) => Kind::Any(kinds.into_iter().map(with_keys).collect()),
+        other => other,
+    }
+}
+
+fn constant(section: &str, key: &str) -> Option<Kind> {
     match section {
         "the scene file" => file(key),
         "[camera]" => camera(key),
@@ -123,6 +158,14 @@ pub fn kind(section: &str, key: &str) -> Option<Kind> {
         "rotate" => rotate(key),
         "look_at" => look_at(key),
         "[[lights]]" => light(key),
+        "[animation]" => animation(key),
+        "keyframes" => keyframes(key),
+        "motion" => motion(key),
+        "a value with keys" => keyed(key),
+        "body" => body(key),
+        "[physics]" => physics(key),
+        "[[joints]]" => joint(key),
+        "motor" => motor(key),
         _ => None,
     }
 }
@@ -143,6 +186,9 @@ fn file(key: &str) -> Option<Kind> {
         "meshes" => Kind::Named(&keys::MESH),
         "objects" => tables(&keys::OBJECT),
         "lights" => tables(&keys::LIGHT),
+        "animation" => Table(&keys::ANIMATION),
+        "physics" => Table(&keys::PHYSICS),
+        "joints" => tables(&keys::JOINT),
         _ => return None,
     })
 }
@@ -434,6 +480,8 @@ fn object(key: &str) -> Option<Kind> {
         "name" | "material" | "mesh" | "file" => Name,
         "materials" => Kind::Names,
         "transform" => transform(),
+        "motion" => Table(&keys::MOTION),
+        "body" => Kind::Any(vec![all(&BodyKind::ALL, BodyKind::name), Table(&keys::BODY)]),
         "crease_angle" => crease_angle(),
         "simplify" => Table(&keys::SIMPLIFY),
         "center" | "corner" | "u" | "v" | "min" | "max" => point(),
@@ -459,6 +507,56 @@ fn step(key: &str) -> Option<Kind> {
     })
 }
 
+fn animation(key: &str) -> Option<Kind> {
+    Some(match key {
+        "start" => Number(TIME),
+        "speed" => Number(SPEED),
+        "fps" => Kind::Any(vec![Number(FPS), Name]),
+        "frames" => Integer(1, MAX_FRAMES.into()),
+        "duration" => Number(DURATION),
+        "shutter" => Kind::Any(vec![Number(Bounds::UNIT), array(Number(SHUTTER), 2)]),
+        "shutter_curve" => Kind::Any(vec![choice(&["box", "triangle"]), array(Number(Bounds::UNIT), 2)]),
+        "keyframes" => Kind::Any(vec![Name, Table(&keys::KEYFRAMES)]),
+        _ => return None,
+    })
+}
+
+fn keyframes(key: &str) -> Option<Kind> {
+    Some(match key {
+        "file" => Name,
+        "objects" => list(Name),
+        "times" => Kind::Array(Box::new(Number(TIME)), 1, usize::MAX),
+        "start" => Number(TIME),
+        "fps" => Number(ROWS),
+        "interpolation" => all(&Interpolation::ALL, Interpolation::name),
+        "relative" => Boolean,
+        _ => return None,
+    })
+}
+
+fn motion(key: &str) -> Option<Kind> {
+    let keyed = Table(&keys::KEYED);
+    Some(match key {
+        "translate" => Kind::Any(vec![point(), keyed]),
+        "rotate" => Kind::Any(vec![Table(&keys::ROTATE), keyed]),
+        "pivot" => point(),
+        _ => return None,
+    })
+}
+
+/// What stands in keys belongs to the key that has them; here it is any of those.
+fn keyed(key: &str) -> Option<Kind> {
+    Some(match key {
+        "keys" => {
+            let value =
+                Kind::Any(vec![Colour(Bounds::COORDINATE), array(Number(Bounds::COORDINATE), 4), Table(&keys::ROTATE)]);
+            Kind::Array(Box::new(Kind::Array(Box::new(value), 2, 2)), 1, usize::MAX)
+        }
+        "interpolation" => choice(&["linear", "slerp", "cubic", "step"]),
+        _ => return None,
+    })
+}
+
 fn rotate(key: &str) -> Option<Kind> {
     Some(match key {
         "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
@@ -478,6 +576,63 @@ fn light(key: &str) -> Option<Kind> {
         "intensity" | "irradiance" => Colour(Bounds::LIGHT),
         "angle" => Number(Bounds::within(0.0, 360.0).above()),
         "blend" => Number(Bounds::UNIT),
+        _ => return None,
+    })
+}
+
+fn velocity() -> Kind {
+    array(Number(SPEEDS), 3)
+}
+
+fn body(key: &str) -> Option<Kind> {
+    Some(match key {
+        "kind" => all(&BodyKind::ALL, BodyKind::name),
+        "shape" => all(&CollisionShape::ALL, CollisionShape::name),
+        "friction" => Number(FRICTIONS),
+        "restitution" => Number(Bounds::UNIT),
+        "group" => Name,
+        "mass" | "density" => Number(MASSES),
+        "linear_velocity" | "angular_velocity" => velocity(),
+        "linear_damping" | "angular_damping" => Number(FORCES),
+        "gravity_scale" => Number(SPEEDS),
+        _ => return None,
+    })
+}
+
+fn physics(key: &str) -> Option<Kind> {
+    Some(match key {
+        "gravity" => velocity(),
+        "step" => Number(STEPS),
+        "substeps" | "iterations" => Integer(PARTS.0.into(), PARTS.1.into()),
+        "start" => Number(TIMES),
+        "duration" | "warm_up" => Number(DURATIONS),
+        "friction_rule" | "restitution_rule" => all(&Combine::ALL, Combine::name),
+        "length_unit" => Number(SIZES),
+        "contact_frequency" => Number(FREQUENCIES),
+        "contact_damping" => Number(RATIOS),
+        "sleep" => Boolean,
+        "ignore" => Kind::Array(Box::new(array(Name, 2)), 0, MAX_IGNORED),
+        _ => return None,
+    })
+}
+
+fn joint(key: &str) -> Option<Kind> {
+    Some(match key {
+        "type" => all(&JointKind::ALL, JointKind::name),
+        "bodies" => Kind::Any(vec![Name, Kind::Array(Box::new(Name), 1, 2)]),
+        "anchor" => point(),
+        "axis" => Kind::Any(vec![choice(&["x", "y", "z"]), point()]),
+        "limits" => array(Number(Bounds::COORDINATE), 2),
+        "motor" => Table(&keys::MOTOR),
+        "collide" => Boolean,
+        _ => return None,
+    })
+}
+
+fn motor(key: &str) -> Option<Kind> {
+    Some(match key {
+        "velocity" | "position" => Number(SPEEDS),
+        "stiffness" | "damping" | "max_force" => Number(FORCES),
         _ => return None,
     })
 }

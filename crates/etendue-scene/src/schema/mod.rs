@@ -12,7 +12,7 @@ pub use kinds::{Kind, kind};
 use serde_json::{Map, Value, json};
 
 /// Keys that a table cannot be without, whatever its type.
-const REQUIRED: [(&str, &str); 15] = [
+const REQUIRED: &[(&str, &str)] = &[
     ("the scene file", "camera"),
     ("[camera]", "position"),
     ("film.filter", "type"),
@@ -24,10 +24,15 @@ const REQUIRED: [(&str, &str); 15] = [
     ("a stop", "color"),
     ("[materials.NAME]", "type"),
     ("emission", "radiance"),
+    ("keyframes", "file"),
+    ("a value with keys", "keys"),
     ("rotate", "axis"),
     ("rotate", "angle"),
     ("look_at", "position"),
     ("look_at", "target"),
+    ("[[joints]]", "type"),
+    ("[[joints]]", "bodies"),
+    ("[[joints]]", "anchor"),
 ];
 
 /// The schema.
@@ -84,7 +89,7 @@ fn table(section: &Section) -> Value {
 
 /// Of each type the keys that belong to others.
 fn rules(section: &Section) -> Vec<Value> {
-    let picker = if section.key("shape").is_some() { "shape" } else { "type" };
+    let picker = ["kind", "shape", "type"].into_iter().find(|key| section.key(key).is_some()).unwrap_or("type");
     if section.keys.iter().all(|key| key.types.is_empty()) {
         return Vec::new();
     }

@@ -7,7 +7,7 @@
 //!
 //! NPY files are told by their first bytes, whatever the ending.
 
-mod npy;
+pub(crate) mod npy;
 
 use etendue::medium::{DensityGrid, GridError, Voxels};
 use std::{

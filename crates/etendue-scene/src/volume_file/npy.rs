@@ -4,37 +4,42 @@
 use super::{Array, ByteOrder, File, SampleType, VolumeError};
 
 /// The first bytes.
-pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
 /// Most bytes of a header; NumPy itself takes up to 10,000.
 const MOST_HEADER: usize = 1 << 16;
 const FORMAT: &str = "NPY";
 
 pub(super) fn read<'a>(file: &File<'a>) -> Result<Array<'a>, VolumeError> {
-    let bytes = file.bytes;
-    if !bytes.starts_with(MAGIC) {
+    if !file.bytes.starts_with(MAGIC) {
         let what = "this is no NPY file, and nothing says what else it is";
         return Err(
             file.unsupported(what, "save an array with numpy.save, or describe a raw file by `size` and `sample`")
         );
     }
-    let cut = |what: &str| file.damaged(FORMAT, bytes.len(), format!("the file ends inside of {what}"));
+    let (header, start) = header(file.bytes).map_err(|Wrong { at, what }| file.damaged(FORMAT, at, what))?;
+    array(file, header, start)
+}
+
+/// The header of a file that begins with [`MAGIC`], and where its samples start.
+pub(crate) fn header(bytes: &[u8]) -> Result<(Header, usize), Wrong> {
+    let cut = |what: &str| Wrong { at: bytes.len(), what: format!("the file ends inside of {what}") };
     let version = bytes.get(6..8).ok_or_else(|| cut("its version"))?;
     let (start, length) = match version[0] {
         1 => (10, bytes.get(8..10).map(|b| usize::from(u16::from_le_bytes([b[0], b[1]])))),
         2 | 3 => (12, bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize)),
         major => {
             let what = format!("version {major}.{} of the format is not known, only 1 to 3 are", version[1]);
-            return Err(file.damaged(FORMAT, 6, what));
+            return Err(Wrong { at: 6, what });
         }
     };
     let length = length.ok_or_else(|| cut("the length of its header"))?;
     if length > MOST_HEADER {
         let what = format!("a header of {length} bytes; at most {MOST_HEADER} are read");
-        return Err(file.damaged(FORMAT, 8, what));
+        return Err(Wrong { at: 8, what });
     }
     let header = bytes.get(start..start + length).ok_or_else(|| cut("its header"))?;
-    let header = Header::parse(header).map_err(|Wrong { at, what }| file.damaged(FORMAT, start + at, what))?;
-    array(file, header, start + length)
+    let header = Header::parse(header).map_err(|Wrong { at, what }| Wrong { at: start + at, what })?;
+    Ok((header, start + length))
 }
 
 fn array<'a>(file: &File<'a>, header: Header, start: usize) -> Result<Array<'a>, VolumeError> {
@@ -87,26 +92,30 @@ fn shape(shape: &Shape) -> Option<[u32; 3]> {
 
 /// Counts of elements.
 #[derive(Debug, PartialEq)]
-struct Shape(Vec<u64>);
+pub(crate) struct Shape(pub Vec<u64>);
 
 impl Shape {
-    fn text(&self) -> String {
+    pub fn text(&self) -> String {
         self.0.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")
     }
 }
 
 /// What is wrong with a header, and where in it.
 #[derive(Debug, PartialEq)]
-struct Wrong {
-    at: usize,
-    what: String,
+pub(crate) struct Wrong {
+    pub at: usize,
+    pub what: String,
 }
 
+/// What a file says of its array.
 #[derive(Debug, PartialEq)]
-struct Header {
-    descr: String,
-    fortran: bool,
-    shape: Shape,
+pub(crate) struct Header {
+    /// Type and byte order of the samples, as NumPy writes them.
+    pub descr: String,
+    /// True if the first index varies fastest.
+    pub fortran: bool,
+    /// How long each dimension is.
+    pub shape: Shape,
 }
 
 impl Header {

@@ -311,7 +311,10 @@ impl Lister<'_> {
         let Some(glow) = self.glow(placement, 0) else { return FaceLights::None };
         let Some(cut) = Self::full_cut(placement, 0, &glow, true) else { return FaceLights::None };
         let cut = cut.coarser(self.scale);
-        let [a, b, _, d] = [0, 1, 2, 3].map(|i: usize| Vec3::from(mesh.positions[i]));
+        let transform = placement.place.at(LISTED_AT);
+        let corner =
+            |i: usize| Vec3::from(transform.map_or(mesh.positions[i], |t| t.point_to_world(mesh.positions[i])));
+        let [a, b, _, d] = [0, 1, 2, 3].map(corner);
         // Mirrored placements turn the winding round, and with it the front.
         let swap = mesh.indices[0] != [0, 1, 2];
         let (is_varied, two_sided, first) = (glow.is_varied, glow.two_sided, self.lights.len() as u32);

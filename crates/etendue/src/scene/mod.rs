@@ -257,6 +257,16 @@ impl Scene {
         self.has_delta_lights
     }
 
+    /// The objects that it was built from.
+    pub(crate) fn objects(&self) -> &[Object] {
+        &self.parts.objects
+    }
+
+    /// What the instances of the accelerator's world look like.
+    pub(crate) fn placements(&self) -> &[Placement] {
+        &self.placements
+    }
+
     /// What fills space, and where.
     pub(crate) fn interiors(&self) -> &Interiors {
         &self.interiors

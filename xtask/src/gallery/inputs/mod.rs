@@ -2,6 +2,7 @@
 
 mod balloons;
 mod block;
+mod bowl;
 mod canvas;
 mod curve;
 mod dragon;
@@ -27,7 +28,7 @@ pub fn dragon(faces: usize) -> Vec<u8> {
     dragon::mesh(faces).ply_gz(dragon::QUANTUM)
 }
 
-/// An input: its name in `gallery/inputs`, and what makes its bytes.
+/// An input: its place from `gallery/inputs`, and what makes its bytes.
 pub struct Input {
     pub name: &'static str,
     pub make: fn() -> Vec<u8>,
@@ -42,6 +43,11 @@ pub const INPUTS: &[Input] = &[
     Input { name: "dragon.ply.gz", make: || dragon(dragon::FACES) },
     Input { name: "gate.ply.gz", make: gate::ply_gz },
     Input { name: "block.ply.gz", make: block::ply_gz },
+    Input { name: "bowl.ply.gz", make: bowl::bowl_ply_gz },
+    Input { name: "gem.ply.gz", make: bowl::gem_ply_gz },
+    Input { name: "ring.ply.gz", make: bowl::ring_ply_gz },
+    // A scene with some hundreds of bodies, beside the others.
+    Input { name: "../bowl.toml", make: bowl::scene },
 ];
 
 #[cfg(test)]

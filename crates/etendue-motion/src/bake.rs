@@ -1,0 +1,39 @@
+//! The result: poses over time.
+
+use etendue::motion::Pose;
+use etendue_scene::track::{Interpolation, PoseTrack};
+use std::sync::Arc;
+
+/// What bodies did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bake {
+    /// Seconds of scene time, one for each step and one for the start.
+    pub times: Arc<[f64]>,
+    /// The dynamic bodies, in the order of the scene.
+    pub bodies: Vec<BakedBody>,
+    /// SHA-256 of all that the poses depend on: bodies, joints, geometry, settings.
+    pub hash: [u8; 32],
+}
+
+/// What one body did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakedBody {
+    /// Index into [`SceneDescription::objects`](etendue_scene::description::SceneDescription::objects).
+    pub object: usize,
+    /// The object's name.
+    pub name: String,
+    /// One for each of [`Bake::times`]: `world = pose * (where the scene file puts the object)`.
+    pub poses: Arc<[Pose]>,
+}
+
+impl Bake {
+    /// A track for each body: the object's index and its poses.
+    pub fn tracks(&self) -> Vec<(usize, PoseTrack)> {
+        let track = |body: &BakedBody| PoseTrack {
+            times: self.times.clone(),
+            poses: body.poses.clone(),
+            interpolation: Interpolation::Slerp,
+        };
+        self.bodies.iter().map(|body| (body.object, track(body))).collect()
+    }
+}

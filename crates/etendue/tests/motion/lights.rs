@@ -1,0 +1,105 @@
+//! Lights that move: light samples, scattering and both together estimate the same.
+
+use super::*;
+use etendue::{
+    bsdf::metals,
+    material::Scattering,
+    math::dvec3,
+    scene::{Scene, Shape},
+    spectrum::Spectrum,
+    texture::{Samples, Texture, TextureImage, Transfer},
+};
+use etendue_testkit::tiles::{Demands, Replicates, compare};
+use std::sync::Arc;
+
+const SIZE: [u32; 2] = [24, 24];
+const TILE: usize = 8;
+const REPLICATES: u64 = 32;
+
+fn room(parts: &mut Parts) {
+    let white = parts.diffuse([0.7; 3]);
+    let blue = parts.diffuse([0.3, 0.4, 0.7]);
+    parts.rectangle(dvec3(-4.0, -1.0, -4.0), dvec3(0.0, 0.0, 8.0), dvec3(8.0, 0.0, 0.0), white);
+    parts.rectangle(dvec3(-4.0, -1.0, -2.0), dvec3(8.0, 0.0, 0.0), dvec3(0.0, 6.0, 0.0), blue);
+}
+
+/// A plate that turns over, a ball that flies, and a mesh whose glow has a texture, all over moving bodies.
+fn lamps() -> (Scene, CameraSettings) {
+    let mut parts = Parts::default();
+    room(&mut parts);
+    let glow = parts.emitter([4.0, 3.0, 2.0], false);
+    let lamp = parts.emitter([2.0, 2.0, 4.0], false);
+    let plate = parts.shape(Shape::Rectangle { corner: dvec3(-1.2, 2.0, -0.4), u: DVec3::X * 1.2, v: DVec3::Z });
+    let over = pose(DVec3::Z, 2.8, dvec3(-0.6, 2.0, 0.0), dvec3(0.0, 0.2, 0.0));
+    parts.place_moving(plate, DAffine3::IDENTITY, glow, between(Pose::IDENTITY, over));
+    let ball_of_light = parts.shape(Shape::Sphere { center: dvec3(1.5, 0.0, 0.8), radius: 0.35 });
+    parts.place_moving(ball_of_light, DAffine3::IDENTITY, lamp, straight(DVec3::ZERO, dvec3(-0.8, 1.6, -0.5)));
+    let samples: Vec<f32> = (0..8 * 4).map(|i| (i % 5) as f32 * 0.5).collect();
+    let image = TextureImage::new(8, 4, 1, Samples::F32(samples.into()), Transfer::Linear).expect("an image");
+    let screen = parts.emitter([1.5; 3], true);
+    let material = &mut parts.0.materials[screen];
+    material.emission.as_mut().expect("it emits").radiance.texture = Some(Arc::new(Texture::new(Arc::new(image))));
+    let body = parts.shape(ball(1));
+    let to = DAffine3::from_translation(dvec3(0.3, 1.3, -1.0)) * DAffine3::from_scale(dvec3(0.4, -0.5, 0.4));
+    let spin = pose(DVec3::Y, 3.0, dvec3(0.3, 1.3, -1.0), dvec3(0.3, 0.0, 0.2));
+    parts.place_moving(body, to, screen, between(Pose::IDENTITY, spin));
+    let gold = metals::find("gold").expect("a known metal");
+    let metal =
+        parts.material(Scattering::RoughMetal { eta: gold.eta, k: gold.k, alpha: [0.4; 2], tint: Spectrum::ONE });
+    let block = parts.shape(cube(false));
+    let to = DAffine3::from_translation(dvec3(-0.9, -0.4, 0.3)) * DAffine3::from_scale(DVec3::splat(0.4));
+    let tumble = pose(DVec3::ONE, 1.0, dvec3(-0.9, -0.4, 0.3), dvec3(0.2, 0.3, 0.0));
+    parts.place_moving(block, to, metal, between(Pose::IDENTITY, tumble));
+    parts.0.environment = Some(Spectrum::splat(0.1).into());
+    (parts.build(), camera(dvec3(0.0, 0.8, 5.0), dvec3(0.0, 0.1, 0.0)))
+}
+
+fn replicates(scene: &Scene, view: &CameraSettings, integrator: usize, spp: u32) -> Replicates {
+    let mut all = Replicates::new(SIZE.map(|s| s as usize), 3, TILE);
+    for replicate in 0..REPLICATES {
+        let mut settings = statistics(SOLVERS[integrator], spp);
+        settings.seed = 1000 * (integrator as u64 + 1) + replicate;
+        settings.max_depth = Some(6);
+        settings.splitting = Some([2, 1, 1][integrator]);
+        all.push(&interleaved(&picture(scene, view, SIZE, &settings)));
+    }
+    all
+}
+
+#[test]
+fn solvers_agree_about_moving_lamps() {
+    let (scene, view) = lamps();
+    let sets = [0, 1, 2].map(|i| replicates(&scene, &view, i, [64, 96, 192][i]));
+    let demands = Demands { level: etendue_testkit::sidak(0.01, 2), tile_error: 0.03, ..Demands::default() };
+    for other in [1, 2] {
+        compare(&sets[0], &sets[other]).assert(demands, &format!("path against {}", SOLVERS[other]));
+    }
+}
+
+/// A lamp far from everything, on its way past a small white plate: the mean of its irradiance at rests on the way.
+#[test]
+fn a_lamp_on_its_way_lights_as_at_all_its_rests() {
+    let lit = |motion: Motion, replicates: u64| {
+        let mut parts = Parts::default();
+        let (white, glow) = (parts.diffuse([1.0; 3]), parts.emitter([1.0; 3], false));
+        parts.rectangle(dvec3(-0.05, 0.0, -0.05), DVec3::Z * 0.1, DVec3::X * 0.1, white);
+        // Shines down.
+        let plate = parts.shape(Shape::Rectangle { corner: dvec3(-0.5, 1.0, -0.5), u: DVec3::X, v: DVec3::Z });
+        parts.place_moving(plate, DAffine3::IDENTITY, glow, motion);
+        let view = CameraSettings {
+            projection: Projection::Orthographic { height: 0.05 },
+            ..camera(dvec3(0.0, 0.5, 0.0), DVec3::ZERO)
+        };
+        let settings = etendue::render::RenderSettings { max_depth: Some(2), ..statistics(SOLVERS[1], 64) };
+        means(&parts.build(), &view, [8, 8], &settings, replicates)
+    };
+    let end = pose(dvec3(0.2, 0.1, 1.0), 1.2, dvec3(0.0, 1.0, 0.0), dvec3(1.0, 0.5, 0.0));
+    let found = lit(between(Pose::IDENTITY, end), 64);
+    let steps = 64;
+    let rest =
+        |i: u32| lit(Motion::resting(Pose::IDENTITY.between(end, (f64::from(i) + 0.5) / f64::from(steps))), 2).mean();
+    let exact = (0..steps).map(rest).sum::<f64>() / f64::from(steps);
+    assert!(found.standard_error() < 0.003 * exact, "{}", found.standard_error());
+    let sigma = (found.mean() - exact) / (found.standard_error() + 0.0005 * exact);
+    assert!(sigma.abs() < 3.0, "{} not {exact}: {sigma}", found.mean());
+}
