@@ -1,6 +1,6 @@
 //! The result: poses over time.
 
-use etendue::motion::Pose;
+use etendue::{math::DVec3, motion::Pose};
 use etendue_scene::track::{Interpolation, PoseTrack};
 use std::sync::Arc;
 
@@ -22,6 +22,8 @@ pub struct BakedBody {
     pub object: usize,
     /// The object's name.
     pub name: String,
+    /// Its centre of mass in the world as the scene file places it, metres: that is what flies straight, and turns about itself.
+    pub center: DVec3,
     /// One for each of [`Bake::times`]: `world = pose * (where the scene file puts the object)`.
     pub poses: Arc<[Pose]>,
 }
@@ -33,6 +35,7 @@ impl Bake {
             times: self.times.clone(),
             poses: body.poses.clone(),
             interpolation: Interpolation::Slerp,
+            pivot: body.center,
         };
         self.bodies.iter().map(|body| (body.object, track(body))).collect()
     }

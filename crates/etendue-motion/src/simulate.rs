@@ -112,6 +112,7 @@ impl<'a, 'b> Run<'a, 'b> {
         let total = self.warm_up + self.steps;
         let dynamic = self.stage.bodies.iter().enumerate().filter(|(_, body)| body.body.kind == BodyKind::Dynamic);
         let recorded: Vec<usize> = dynamic.map(|(index, _)| index).collect();
+        let centers: Vec<DVec3> = recorded.iter().map(|&index| self.center(index)).collect();
         let mut poses: Vec<Vec<Pose>> = recorded.iter().map(|_| Vec::with_capacity(self.steps + 1)).collect();
         for done in 0..=total {
             if done >= self.warm_up {
@@ -129,11 +130,18 @@ impl<'a, 'b> Run<'a, 'b> {
             }
         }
         let times = (0..=self.steps).map(|k| self.physics.start + k as f64 * self.physics.step).collect();
-        let baked = |(poses, &index): (Vec<Pose>, &usize)| {
+        let baked = |((poses, &index), center): ((Vec<Pose>, &usize), DVec3)| {
             let body = &self.stage.bodies[index];
-            BakedBody { object: body.object, name: body.name.to_owned(), poses: poses.into() }
+            BakedBody { object: body.object, name: body.name.to_owned(), center, poses: poses.into() }
         };
-        Ok(Bake { times, bodies: poses.into_iter().zip(&recorded).map(baked).collect(), hash })
+        Ok(Bake { times, bodies: poses.into_iter().zip(&recorded).zip(centers).map(baked).collect(), hash })
+    }
+
+    /// A body's centre of mass before anything moves.
+    fn center(&self, index: usize) -> DVec3 {
+        let Placed { frame, handle, .. } = &self.stage.bodies[index];
+        let local = from_vector(self.stage.world.bodies[*handle].mass_properties().local_mprops.local_com);
+        frame.rotation * local + frame.translation
     }
 
     /// One step, after `done` of them.
