@@ -55,6 +55,8 @@ pub struct Job {
 pub struct Loaded {
     /// The scene at any time.
     pub timeline: Timeline,
+    /// What it was made of.
+    pub description: SceneDescription,
     /// Its files, for messages.
     pub sources: SourceMap,
     isa: Isa,
@@ -89,7 +91,7 @@ pub fn load(
     if !args.quiet {
         tell_imports(args, timeline.input());
     }
-    Ok(Loaded { timeline, sources, isa })
+    Ok(Loaded { timeline, description, sources, isa })
 }
 
 /// Errors, told.

@@ -3,7 +3,7 @@
 use crate::{
     args::RenderArgs,
     exit::{Exit, Failure},
-    labels::{self, Wanted},
+    labels::{self, LabelWriter, Wanted},
     load, manifest,
     outputs::{Outputs, RefreshClock},
     progress::{ProgressView, TICK},
@@ -45,6 +45,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let loaded = load::load(args, |_| Ok(()))?;
     seconds.load = lap(clock);
     let clock = Instant::now();
+    let time = loaded.timeline.animation().start;
     let job = loaded.build(args)?;
     seconds.build = lap(clock);
     if !job.film.aovs.is_empty() && !outputs.keeps_layers() {
@@ -54,7 +55,7 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
 
     let film = new_film(&job.film, args)?;
     let files = match wanted {
-        Some(wanted) => labels::write_still(&job, wanted, &stem)?,
+        Some(wanted) => LabelWriter::new(&job, wanted)?.still(&job, time, &stem)?,
         None => Vec::new(),
     };
     let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, quiet: args.quiet };

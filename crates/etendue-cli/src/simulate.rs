@@ -10,6 +10,7 @@ use crate::{
 use etendue_motion::{Bake, Control, MotionError, Options, Progress, simulate, write_json};
 use etendue_scene::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap, build_with, import::counted, output::atomic,
+    timeline::Timeline,
 };
 use serde::Serialize;
 use std::{
@@ -54,15 +55,15 @@ pub fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
     let limits = Limits::default();
     let mut sources = SourceMap::new();
     let mut scene = scene_input::read(&args.input, &mut sources, &limits)?;
-    // Keyframes that the scene uses may be what is about to be written.
+    // What an earlier run may have written is made anew.
     scene.description.animation.keyframes = None;
     let description = &scene.description;
-    let refused = |found: Diagnostics, sources: &SourceMap| {
-        report::diagnostics(&found, sources);
-        Failure::reported(Exit::of(&found))
-    };
-    let input = build_with(description, &mut sources, &limits, scene.meshes).map_err(|f| refused(f, &sources))?;
-    let timeline = Timeline::new(description, input, &mut sources, &limits).map_err(|f| refused(f, &sources))?;
+    let timeline = build_with(description, &mut sources, &limits, scene.meshes)
+        .and_then(|input| Timeline::new(description, input, &mut sources, &limits))
+        .map_err(|found| {
+            report::diagnostics(&found, &sources);
+            Failure::reported(Exit::of(&found))
+        })?;
     tell(&scene.found, &sources);
     tell(&timeline.input().findings, &sources);
 
@@ -73,8 +74,8 @@ pub fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
         view.update("simulate", now.done as f32 / now.total.max(1) as f32);
         if cancelled.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let keyed = |object: usize, time: f64| timeline.track(object).map(|track| track.at(time));
-    let mut control = Control { progress: &mut progress, kinematic: &keyed };
+    let kinematic = |object: usize, time: f64| Some(timeline.track(object)?.at(time));
+    let mut control = Control { progress: &mut progress, kinematic: &kinematic };
     let options = Options { duration: args.duration, step: args.step };
     let bake = simulate(description, timeline.input(), options, &mut control).map_err(|e| failure(&e, &sources))?;
     drop(view);

@@ -199,3 +199,75 @@ fn the_manuals_python_reads_the_files() {
     let line = format!("ball {} {}", record["objects"][1]["visible_pixels"], record["objects"][1]["visible_fraction"]);
     assert!(said.contains(&line), "{said}\n{line}");
 }
+
+/// The scene with a ball that goes to the right, from second 0 to second 2.
+fn moving() -> String {
+    let moves = "motion = { translate = { keys = [[0, [0, 0, 0]], [2, [1, 0, 0]]] } }";
+    SCENE.replace(
+        "transform = [{ translate = [0, 0.5, 0] }]",
+        &format!("transform = [{{ translate = [0, 0.5, 0] }}]\n{moves}"),
+    )
+}
+
+#[test]
+fn frames_have_flow_alone_and_in_sequence() {
+    let folder = Folder::new();
+    folder.put("scene.toml", moving());
+    let run = |more: &str| {
+        let words =
+            format!("animate scene.toml --fps 1 --labels depth,flow,visibility --labels-format both --json {more}");
+        folder.run(&words).with_code(0)
+    };
+    let said = run("--frames 0-1 --shutter 0.2,0.7 -o a.%02d.png");
+    assert_eq!(said.stdout.lines().count(), 2);
+    assert!(said.stdout.contains("a.01.labels.json"), "{said:?}");
+    for (frame, backward) in [(0, 0.0), (1, 0.5)] {
+        let image = folder.image(&format!("a.0{frame}.labels.exr"));
+        let record = json(&folder.path(&format!("a.0{frame}.labels.json")));
+        assert_eq!((&record["frame"], record["time"].as_f64()), (&serde_json::json!(frame), Some(f64::from(frame))));
+        assert_eq!(record["objects"][1]["object_to_world"][0][3].as_f64(), Some(0.5 * f64::from(frame)));
+        let focal = record["camera"]["fx"].as_f64().unwrap();
+        let floats = |name: &str| image.f32_channel(name).unwrap().iter().map(|x| f64::from(*x)).collect::<Vec<_>>();
+        let depth = floats("Depth.Z");
+        let mut balls = 0;
+        for (way, shift) in [("Forward", 0.5), ("Backward", -backward)] {
+            let flow = [floats(&format!("Flow.{way}.X")), floats(&format!("Flow.{way}.Y"))];
+            for (i, id) in bits(&image, "Id.Object").into_iter().enumerate() {
+                let expected = if id == 2 { focal * shift / depth[i] } else { 0.0 };
+                assert!((flow[0][i] - expected).abs() < 1e-3 && flow[1][i].abs() < 1e-3, "{way} {i} {id}");
+                balls += u32::from(id == 2);
+            }
+            let (kind, shape, bytes) = npy(&folder.path(&format!("a.0{frame}.occluded_{}.npy", way.to_lowercase())));
+            assert_eq!((kind.as_str(), &shape[..]), ("|u1", &[36, 48][..]));
+            let mask: Vec<u32> = bytes.into_iter().map(u32::from).collect();
+            assert_eq!(mask, bits(&image, &format!("Occluded.{way}")));
+            assert_eq!(mask.contains(&1), shift != 0.0, "{frame} {way}");
+        }
+        assert!(balls > 100, "{balls}");
+    }
+    let read = |name: &str| fs::read(folder.path(name)).unwrap();
+    let before = [read("a.01.flow_backward.npy"), read("a.01.labels.json"), read("a.01.png")];
+    run("--frames 1 --shutter 0.2,0.7 -o b.%02d.png --threads 1");
+    assert!(read("b.01.flow_backward.npy") == before[0], "alone as in sequence");
+    // What is there with its labels is left alone; what lacks some is made again.
+    let resumed = |more: &str| run(&format!("--frames 0-1 --shutter 0.2,0.7 -o a.%02d.png --resume {more}")).stdout;
+    assert_eq!(resumed("").matches("\"resumed\":true").count(), 2);
+    fs::remove_file(folder.path("a.01.labels.json")).unwrap();
+    assert_eq!(resumed("").matches("\"resumed\":true").count(), 1);
+    assert!(read("a.01.labels.json") == before[1]);
+    // The picture is that without labels.
+    folder.run("animate scene.toml --fps 1 --frames 1 --shutter 0.2,0.7 -o c.%02d.png").with_code(0);
+    let pixels = |name: &str| folder.image(name).channels;
+    assert_eq!(pixels("c.01.png"), pixels("a.01.png"));
+}
+
+#[test]
+fn labels_of_a_film_lie_in_a_folder_beside_it() {
+    let folder = Folder::new();
+    folder.put("scene.toml", moving());
+    folder.run("animate scene.toml --fps 1 --frames 0-1 -o film.gif --labels object").with_code(0);
+    for frame in ["000000", "000001"] {
+        assert!(folder.path(&format!("film.gif.labels/frame.{frame}.labels.exr")).exists());
+    }
+    folder.run("animate scene.toml --fps 1 --frames 0-1 -o - --labels object").with_code(1).saying(&["labels"]);
+}

@@ -24,9 +24,24 @@ pub struct Film {
 impl Film {
     /// The folder of its frames.
     pub fn folder(&self) -> PathBuf {
+        self.beside("frames")
+    }
+
+    fn beside(&self, what: &str) -> PathBuf {
         let mut name = self.path.file_name().unwrap_or_default().to_owned();
-        name.push(".frames");
+        name.push(".");
+        name.push(what);
         self.path.with_file_name(name)
+    }
+
+    /// What the names of the labels of a frame begin with.
+    pub fn labels(&self, frame: u32) -> PathBuf {
+        self.beside("labels").join(format!("frame.{frame:06}"))
+    }
+
+    /// Makes the folder of labels.
+    pub fn prepare_labels(&self) -> Result<(), Failure> {
+        make_folder(&self.beside("labels"))
     }
 
     /// The file of a frame, a picture without losses.
@@ -36,14 +51,7 @@ impl Film {
 
     /// Makes the folder of frames.
     pub fn prepare(&self) -> Result<(), Failure> {
-        let folder = self.folder();
-        match fs::create_dir(&folder) {
-            Err(error) if error.kind() != io::ErrorKind::AlreadyExists || !folder.is_dir() => {
-                let message = format!("cannot make the folder `{}` for frames: {error}", folder.display());
-                Err(Failure::new(Exit::CannotWrite, message).hint("write elsewhere"))
-            }
-            _ => Ok(()),
-        }
+        make_folder(&self.folder())
     }
 
     /// Makes the film of its frames, whole or not at all, and takes the frames away. `None` if `stopped` said so meanwhile.
@@ -95,6 +103,17 @@ impl Film {
             }
         }
         let _ = fs::remove_dir(folder);
+    }
+}
+
+/// Makes a folder for what belongs to frames, if it is not there.
+fn make_folder(folder: &Path) -> Result<(), Failure> {
+    match fs::create_dir(folder) {
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists || !folder.is_dir() => {
+            let message = format!("cannot make the folder `{}` for frames: {error}", folder.display());
+            Err(Failure::new(Exit::CannotWrite, message).hint("write elsewhere"))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -4,7 +4,10 @@ use super::{
     film::{Film, failure_of},
     pattern::Pattern,
 };
-use crate::exit::{Exit, Failure};
+use crate::{
+    exit::{Exit, Failure},
+    labels,
+};
 use etendue_scene::output::{Format, UnknownEnding, atomic};
 use etendue_video::{Encoder, Kind, Settings};
 use std::{
@@ -78,6 +81,11 @@ impl Targets {
         })
     }
 
+    /// True if an interrupted run can be gone on with.
+    pub fn can_resume(&self) -> bool {
+        self.check_resume().is_ok()
+    }
+
     /// Refuses to go on with outputs whose frames cannot be told.
     pub fn check_resume(&self) -> Result<(), Failure> {
         let unknown = |what: &str| {
@@ -121,6 +129,29 @@ impl Targets {
             Target::Pipe => None,
         };
         self.all.iter().filter_map(file).collect()
+    }
+
+    /// What the names of the labels of a frame begin with: they lie beside its picture, or in a folder beside the film. `None` if
+    /// there is no file.
+    pub fn labels(&self, frame: u32) -> Option<PathBuf> {
+        self.all.iter().find_map(|target| match target {
+            Target::Pictures { pattern, .. } => Some(labels::stem(&pattern.name(frame))),
+            Target::Film(film) => Some(film.labels(frame)),
+            Target::Pipe => None,
+        })
+    }
+
+    /// Makes room for labels, if they can be written.
+    pub fn prepare_labels(&self, first: u32) -> Result<(), Failure> {
+        match self.all.iter().find(|target| !matches!(target, Target::Pipe)) {
+            Some(Target::Film(film)) => film.prepare_labels()?,
+            Some(_) => {}
+            None => {
+                let failure = Failure::new(Exit::Usage, "labels are written beside a file, and there is none");
+                return Err(failure.hint("write the film or its pictures to files, too"));
+            }
+        }
+        self.labels(first).map_or(Ok(()), |stem| labels::check_writable(&stem))
     }
 
     /// Where a frame goes, for people.

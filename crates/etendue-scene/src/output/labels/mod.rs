@@ -125,7 +125,7 @@ pub fn write_labels(
         }
     }
     let path = label_record(stem);
-    let text = record::text(labels, about, &files);
+    let text = record::text(labels, about, &metadata.software, &files);
     atomic::write(&path, |file| file.write_all(text.as_bytes()).map_err(EncodeError::Io))?;
     files.push(path);
     Ok(files)

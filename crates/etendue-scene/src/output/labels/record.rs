@@ -12,14 +12,14 @@ use std::path::{Path, PathBuf};
 /// What labels are of.
 #[derive(Clone, Copy, Debug)]
 pub struct About<'a> {
-    /// Program and version.
-    pub software: &'a str,
     /// Number of the frame; absent: a still.
     pub frame: Option<u64>,
     /// Scene time, seconds.
     pub time: f64,
     /// Scene time from one frame to the next, seconds; absent: a still.
     pub interval: Option<f64>,
+    /// By which the frame is known again; see `etendue animate --resume`.
+    pub stamp: Option<&'a str>,
     /// Pixels of the whole image.
     pub resolution: [u32; 2],
     /// The objects.
@@ -31,18 +31,19 @@ pub struct About<'a> {
 }
 
 /// The whole file: a line for each entry and each object.
-pub fn text(labels: &Labels, about: &About<'_>, files: &[PathBuf]) -> String {
+pub fn text(labels: &Labels, about: &About<'_>, software: &str, files: &[PathBuf]) -> String {
     let area = labels.area;
     let names: Vec<String> = files.iter().map(|file| file_name(file)).collect();
     let materials: Vec<&str> = about.materials.iter().map(|material| material.name.as_str()).collect();
     let entries = [
         ("format", json!("etendue-labels")),
         ("version", json!(1)),
-        ("software", json!(about.software)),
+        ("software", json!(software)),
         ("scene_hash", json!(about.scene_hash)),
         ("frame", json!(about.frame)),
         ("time", json!(about.time)),
         ("interval", json!(about.interval)),
+        ("stamp", json!(about.stamp)),
         ("size", json!(about.resolution)),
         ("area", rectangle(&area)),
         ("files", json!(names)),
