@@ -28,7 +28,7 @@ fn motion_is_written_and_reads_back() {
     let text = String::from_utf8(first).unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["hash"], summary["hash"]);
-    assert_eq!(recording.times.len(), 241);
+    assert_eq!(recording.times.unwrap().len(), 241);
     let positions = json["objects"][0]["positions"].as_array().unwrap();
     for (pose, position) in recording.objects[0].poses.iter().zip(positions) {
         let read = pose.translation.to_array().map(f64::to_bits);
