@@ -99,6 +99,8 @@ pub struct Accelerator {
     bounds: Bounds,
     kind: AcceleratorKind,
     isa: Isa,
+    /// The threads that things were moved on last.
+    movers: Option<rayon::ThreadPool>,
 }
 
 /// Threads to build on.
@@ -116,7 +118,7 @@ impl Accelerator {
     pub fn build(world: &World, kind: AcceleratorKind, isa: Isa, threads: usize) -> Result<Self, BuildError> {
         let (structure, bounds) =
             pool(threads)?.install(|| items::check(world).and_then(|()| Self::structure(world, kind, isa)))?;
-        Ok(Self { world: world.clone(), structure, bounds, kind, isa })
+        Ok(Self { world: world.clone(), structure, bounds, kind, isa, movers: None })
     }
 
     /// The same world with other places, one for each instance: rays find what they would find in a fresh build.
@@ -133,23 +135,29 @@ impl Accelerator {
             as_before &= instance.place.is_transformed() == place.is_transformed();
             instance.place = place;
         }
-        let Self { world, structure, kind, isa, .. } = &mut self;
+        let Self { world, structure, bounds, kind, isa, movers } = &mut self;
         if !as_before {
             return Self::build(world, *kind, *isa, threads);
         }
         items::check_places(world)?;
-        self.bounds = match structure {
+        // Starting threads takes longer than a small world's next frame.
+        let pool = match movers.take() {
+            Some(pool) if threads == 0 || pool.current_num_threads() == threads => pool,
+            _ => pool(threads)?,
+        };
+        *bounds = match structure {
             Structure::Brute => items::world_bounds(world)?,
             Structure::KdTree(tree) => {
-                pool(threads)?.install(|| tree.move_instances(world))?;
+                pool.install(|| tree.move_instances(world))?;
                 tree.bounds()
             }
             Structure::Bvh(bvh) => {
-                pool(threads)?.install(|| bvh.move_instances(world))?;
+                pool.install(|| bvh.move_instances(world))?;
                 bvh.bounds()
             }
             Structure::Flat(flat) => flat.bounds(),
         };
+        *movers = Some(pool);
         Ok(self)
     }
 

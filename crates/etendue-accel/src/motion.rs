@@ -169,10 +169,11 @@ impl Motion {
         // The largest distance of a point of the box from the axis.
         let center = image(&linear, object.center);
         let mut radius = length(cross(segment.axis, std::array::from_fn(|a| center[a] + base_shift[a])));
-        for a in 0..3 {
-            radius += object.half[a] * length(cross(segment.axis, std::array::from_fn(|r| linear[r][a])));
+        let mut size = 0.0;
+        for (column, half) in transposed(&linear).into_iter().zip(object.half) {
+            radius += half * length(cross(segment.axis, column));
+            size += 2.0 * half * length(column);
         }
-        let size = 2.0 * (0..3).map(|a| object.half[a] * column_length(&linear, a)).sum::<f64>();
         let angle = 2.0 * segment.half_angle;
         let finest = (angle * (radius / (8.0 * GROWTH * size)).sqrt()).min(MOST_PARTS);
         let parts = (angle / COARSEST).max(finest).ceil().max(1.0);
@@ -241,9 +242,9 @@ impl Around {
     fn add(&mut self, to_world: &[[f64; 4]; 3], object: &MovingBox, slack: [f64; 3]) {
         for (axis, row) in to_world.iter().enumerate() {
             let (mut middle, mut half) = (row[3], slack[axis]);
-            for a in 0..3 {
-                middle += row[a] * object.center[a];
-                half += row[a].abs() * object.half[a];
+            for (x, (center, reach)) in row.iter().zip(object.center.iter().zip(object.half)) {
+                middle += x * center;
+                half += x.abs() * reach;
             }
             self.min[axis] = self.min[axis].min(middle - half);
             self.max[axis] = self.max[axis].max(middle + half);
@@ -384,10 +385,6 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 fn length(v: [f64; 3]) -> f64 {
     dot(v, v).sqrt()
-}
-
-fn column_length(m: &[[f64; 3]; 3], column: usize) -> f64 {
-    length(std::array::from_fn(|r| m[r][column]))
 }
 
 fn transposed(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {

@@ -45,13 +45,12 @@ fn places_of(world: &World) -> Vec<Place> {
 
 /// Half of the rays go anywhere, half to where instances are.
 fn same_hits(rng: &mut Rng, world: &World, moved: &Accelerator, fresh: &Accelerator, reach: f32) -> usize {
-    let places: Vec<[f32; 3]> =
-        world.instances.iter().filter_map(|i| Some(i.place.at(0.5)?.point_to_world([0.2; 3]))).collect();
+    let places: Vec<&Place> = world.instances.iter().map(|i| &i.place).filter(|place| place.is_transformed()).collect();
     let random = |rng: &mut Rng| {
-        let origin = rng.point(reach);
-        let aimed = sub(*rng.pick(&places), origin);
-        let direction = if rng.chance(0.5) { aimed } else { rng.direction() };
-        Ray { mask: *rng.pick(&[1, 2, u32::MAX]), time: rng.unit() as f32, ..ray(origin, direction) }
+        let (origin, time) = (rng.point(reach), rng.unit() as f32);
+        let there = rng.pick(&places).at(time).expect("a transform").point_to_world([0.2; 3]);
+        let direction = if rng.chance(0.5) { sub(there, origin) } else { rng.direction() };
+        Ray { mask: *rng.pick(&[1, 2, u32::MAX]), time, ..ray(origin, direction) }
     };
     let rays: Vec<Ray> = (0..2000).map(|_| random(rng)).collect();
     let (mut hits, mut expected) = (vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]);

@@ -55,6 +55,8 @@ pub struct Job {
 pub struct Loaded {
     /// The scene at any time.
     pub timeline: Timeline,
+    /// What it was made of.
+    pub description: SceneDescription,
     /// Its files, for messages.
     pub sources: SourceMap,
     isa: Isa,
@@ -89,7 +91,7 @@ pub fn load(
     if !args.quiet {
         tell_imports(args, timeline.input());
     }
-    Ok(Loaded { timeline, sources, isa })
+    Ok(Loaded { timeline, description, sources, isa })
 }
 
 /// Errors, told.
@@ -252,9 +254,8 @@ impl Loaded {
         let changes = self.timeline.changes(moment).map_err(|found| refused(&found, &self.sources))?;
         let nothing = Scene::build(SceneParts::default(), &job.accelerator);
         let scene = std::mem::replace(&mut job.scene, nothing.map_err(|error| Failure::new(Exit::BadInput, error))?);
-        job.scene = scene
-            .with_frame(changes, job.settings.threads)
-            .map_err(|error| Failure::new(Exit::BadInput, error))?;
+        job.scene =
+            scene.with_frame(changes, job.settings.threads).map_err(|error| Failure::new(Exit::BadInput, error))?;
         Ok(())
     }
 

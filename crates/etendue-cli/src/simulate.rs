@@ -8,7 +8,10 @@ use crate::{
     signals::Signals,
 };
 use etendue_motion::{Bake, Control, MotionError, Options, Progress, simulate, write_json};
-use etendue_scene::{Diagnostic, Diagnostics, Limits, Severity, SourceMap, build_with, import::counted, output::atomic};
+use etendue_scene::{
+    Diagnostic, Diagnostics, Limits, Severity, SourceMap, build_with, import::counted, output::atomic,
+    timeline::Timeline,
+};
 use serde::Serialize;
 use std::{
     io::BufWriter,
@@ -51,13 +54,18 @@ pub fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
     let signals = Signals::install(move || flag.store(true, Ordering::SeqCst), "stopping; nothing is written");
     let limits = Limits::default();
     let mut sources = SourceMap::new();
-    let scene = scene_input::read(&args.input, &mut sources, &limits)?;
-    let input = build_with(&scene.description, &mut sources, &limits, scene.meshes).map_err(|found| {
-        report::diagnostics(&found, &sources);
-        Failure::reported(Exit::of(&found))
-    })?;
+    let mut scene = scene_input::read(&args.input, &mut sources, &limits)?;
+    // What an earlier run may have written is made anew.
+    scene.description.animation.keyframes = None;
+    let description = &scene.description;
+    let timeline = build_with(description, &mut sources, &limits, scene.meshes)
+        .and_then(|input| Timeline::new(description, input, &mut sources, &limits))
+        .map_err(|found| {
+            report::diagnostics(&found, &sources);
+            Failure::reported(Exit::of(&found))
+        })?;
     tell(&scene.found, &sources);
-    tell(&input.findings, &sources);
+    tell(&timeline.input().findings, &sources);
 
     signals.start_work();
     let clock = Instant::now();
@@ -66,15 +74,17 @@ pub fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
         view.update("simulate", now.done as f32 / now.total.max(1) as f32);
         if cancelled.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let mut control = Control { progress: &mut progress, kinematic: &|_, _| None };
+    let kinematic = |object: usize, time: f64| Some(timeline.track(object)?.at(time));
+    let mut control = Control { progress: &mut progress, kinematic: &kinematic };
     let options = Options { duration: args.duration, step: args.step };
-    let bake = simulate(&scene.description, &input, options, &mut control).map_err(|e| failure(&e, &sources))?;
+    let bake = simulate(description, timeline.input(), options, &mut control).map_err(|e| failure(&e, &sources))?;
     drop(view);
     let seconds = clock.elapsed().as_secs_f64();
     atomic::write(&args.output, |file| Ok(write_json(&bake, BufWriter::new(file))?))?;
     let summary = summary(args, &bake, seconds);
     if !args.quiet {
-        let (bodies, steps) = (counted(summary.bodies, "body").replace("bodys", "bodies"), counted(summary.steps, "step"));
+        let (bodies, steps) =
+            (counted(summary.bodies, "body").replace("bodys", "bodies"), counted(summary.steps, "step"));
         report::say(format!("{}: {bodies}, {steps}; {seconds:.2} s", summary.output));
     }
     if args.json {

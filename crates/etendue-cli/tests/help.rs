@@ -4,7 +4,8 @@ mod common;
 
 use common::{Folder, SCENE};
 
-const SUBCOMMANDS: [&str; 9] = ["render", "scene", "info", "convert", "simplify", "simulate", "diff", "completions", "man"];
+const SUBCOMMANDS: [&str; 10] =
+    ["render", "animate", "scene", "info", "convert", "simplify", "simulate", "diff", "completions", "man"];
 
 #[test]
 fn help_leads_with_examples() {
@@ -27,6 +28,8 @@ fn folder_of_examples() -> Folder {
     std::fs::create_dir(folder.path("scenes")).unwrap();
     folder.put("scenes/cornell-box.toml", SCENE);
     folder.put("marbles.toml", &format!("{SCENE}\n[[objects]]\nshape = \"sphere\"\nbody = \"dynamic\"\n"));
+    let motion = "motion = { translate = { keys = [[0, [0, 0, 0]], [1, [0, 1, 0]]] } }";
+    folder.put("moving.toml", &format!("{SCENE}\n[[objects]]\nshape = \"sphere\"\n{motion}\n"));
     for name in ["bunny.obj", "cow.obj"] {
         folder.put(name, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
     }
@@ -60,12 +63,18 @@ fn the_examples_in_the_help_run() {
             // The limit in the example of a comparison is one that holds.
             std::fs::copy(folder.path("reference.exr"), folder.path("a.exr")).unwrap();
             let is_model = words.contains(".obj") || words.contains(".stl");
-            let quick = match words.starts_with("render") {
-                true if is_model => " --size 8x8 --spp 1",
-                true => " --threads 2",
-                false => "",
+            let quick = match words.split(' ').next() {
+                Some("render") if is_model => " --size 8x8 --spp 1".to_owned(),
+                Some("render") => " --threads 2".to_owned(),
+                Some("animate") => {
+                    let options = [("--size", "8x8"), ("--spp", "1"), ("--frames", "0-1")];
+                    let missing = options.iter().filter(|(name, _)| !words.contains(name));
+                    missing.map(|(name, value)| format!(" {name} {value}")).collect()
+                }
+                _ => String::new(),
             };
-            folder.run(&format!("{words}{quick}")).with_code(0);
+            let ended = folder.command(&format!("{words}{quick}")).output().unwrap();
+            assert!(ended.status.success(), "{words}{quick}: {}", String::from_utf8_lossy(&ended.stderr));
             count += 1;
         }
     }

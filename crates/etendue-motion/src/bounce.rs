@@ -66,9 +66,8 @@ impl PhysicsHooks for Bounce {
         let body = |handle| context.bodies.get(handle);
         let (first, second) = (context.rigid_body1.and_then(body), context.rigid_body2.and_then(body));
         let closing_acceleration = self.acceleration(first) - self.acceleration(second);
-        let velocity = |body: Option<&RigidBody>, at| {
-            body.map_or(DVec3::ZERO, |body| from_vector(body.velocity_at_point(at)))
-        };
+        let velocity =
+            |body: Option<&RigidBody>, at| body.map_or(DVec3::ZERO, |body| from_vector(body.velocity_at_point(at)));
         let Some(rigid) = context.rigid() else { return };
         if *rigid.restitution <= 0.0 {
             return;
@@ -81,8 +80,7 @@ impl PhysicsHooks for Bounce {
         let fresh = rigid.solver_contacts.iter().filter(|contact| is_new(contact, rigid.manifold));
         let approaching = fresh.map(approach).filter(|approach| approach.speed > 0.0);
         // The point that hits first decides for all of the manifold.
-        let soonest =
-            approaching.min_by(|a, b| (a.distance * b.speed).total_cmp(&(b.distance * a.speed)));
+        let soonest = approaching.min_by(|a, b| (a.distance * b.speed).total_cmp(&(b.distance * a.speed)));
         let Some(approach) = soonest else { return };
         let corrected = self.corrected(*rigid.restitution, &approach, closing_acceleration.dot(normal));
         if let Some(rigid) = context.rigid_mut() {

@@ -1,11 +1,11 @@
 //! What tells whether a recorded motion is still that of a scene.
 
 use crate::world::{Placed, Stage};
-use etendue::{math::DVec3, scene::Shape};
+use etendue::{math::DVec3, motion::Pose, scene::Shape};
 use etendue_scene::{
     Input,
     description::SceneDescription,
-    physics::{BodyRecord, JointRecord, Mass, PhysicsRecord},
+    physics::{BodyKind, BodyRecord, JointRecord, Mass, PhysicsRecord},
 };
 use sha2::{Digest, Sha256};
 
@@ -38,8 +38,14 @@ impl Hash {
     }
 }
 
-/// SHA-256 of all that poses depend on, but for what kinematic bodies do, which their keys say.
-pub fn settings(description: &SceneDescription, input: &Input, stage: &Stage, steps: usize) -> [u8; 32] {
+/// SHA-256 of all that poses depend on. `kinematic` says where keys put an object at a scene time.
+pub fn settings(
+    description: &SceneDescription,
+    input: &Input,
+    stage: &Stage,
+    steps: usize,
+    kinematic: &dyn Fn(usize, f64) -> Option<Pose>,
+) -> [u8; 32] {
     let mut hash = Hash(Sha256::new());
     hash.whole(VERSION);
     hash.whole(steps as u64);
@@ -47,6 +53,13 @@ pub fn settings(description: &SceneDescription, input: &Input, stage: &Stage, st
     for body in &stage.bodies {
         record(&mut hash, body.body);
         geometry(&mut hash, body, input);
+        if body.body.kind == BodyKind::Kinematic {
+            let PhysicsRecord { start, step, .. } = description.physics;
+            for pose in (0..=steps).filter_map(|k| kinematic(body.object, start + k as f64 * step)) {
+                hash.vector(pose.translation);
+                hash.numbers(&pose.rotation.to_array());
+            }
+        }
     }
     for joint in &description.joints {
         joint_record(&mut hash, joint);

@@ -37,7 +37,7 @@ pub type Part = (Pose, SharedShape);
 pub fn shape(solids: &[Solid], shape: CollisionShape, pushed: bool) -> Result<Vec<Part>, String> {
     match shape {
         CollisionShape::Sphere => Ok(vec![sphere(solids)]),
-        CollisionShape::Box => Ok(vec![bounding_box(solids)]),
+        CollisionShape::Box => Ok(vec![bounding_box(solids, pushed)]),
         CollisionShape::Hull => {
             let points: Vec<DVec3> = solids.iter().flat_map(Solid::points).collect();
             hull(&points).map(|shape| vec![(Pose::IDENTITY, shape)])
@@ -88,9 +88,10 @@ fn bounds(solids: &[Solid]) -> (DVec3, DVec3) {
     (low, high)
 }
 
-fn bounding_box(solids: &[Solid]) -> Part {
+fn bounding_box(solids: &[Solid], pushed: bool) -> Part {
     let (low, high) = bounds(solids);
-    cuboid(0.5 * (low + high), DQuat::IDENTITY, 0.5 * (high - low))
+    let half = 0.5 * (high - low);
+    cuboid(0.5 * (low + high), DQuat::IDENTITY, if pushed { thickened(half) } else { half })
 }
 
 fn sphere(solids: &[Solid]) -> Part {
@@ -163,8 +164,8 @@ impl Extent {
         let size = along.length();
         let across = farthest(&|p| (p - first).cross(along).length()) - first;
         let area = along.cross(across);
-        // Written so that what is not a number is thin too.
-        if !(area.length() > THIN * size * size) {
+        let is_wide = area.length() > THIN * size * size;
+        if !is_wide {
             return Err(line());
         }
         let normal = area.normalize();

@@ -76,7 +76,7 @@ pub fn simulate(
         return Err(MotionError::TooLarge { bodies, steps, limit: MAX_POSES });
     }
     let mut stage = world::stage(&description, input)?;
-    let hash = hash::settings(&description, input, &stage, steps);
+    let hash = hash::settings(&description, input, &stage, steps, control.kinematic);
     Run::new(&mut stage, physics, steps).record(control, hash)
 }
 

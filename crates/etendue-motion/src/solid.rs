@@ -77,9 +77,14 @@ impl Solid {
     }
 }
 
-/// Half of the edges of a box that is not a sheet.
+/// Half of the edges of a box, of a sheet those of one that is not quite flat.
 pub fn thickened(half: DVec3) -> DVec3 {
-    if half.z > 0.0 { half } else { DVec3::new(half.x, half.y, SHEET * half.x.min(half.y)) }
+    let [least, middle, most] = {
+        let mut edges = half.to_array();
+        edges.sort_unstable_by(f64::total_cmp);
+        edges
+    };
+    if least > 1e-9 * most { half } else { half.max(DVec3::splat(SHEET * middle)) }
 }
 
 /// The corners of a box about the origin.

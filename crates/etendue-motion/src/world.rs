@@ -15,8 +15,8 @@ use etendue_scene::{
     physics::{BodyKind, BodyRecord, CollisionShape, Combine, Mass, PhysicsRecord},
 };
 use rapier3d_f64::prelude::{
-    ActiveHooks, CoefficientCombineRule, ColliderBuilder, FrictionModel, Group, InteractionGroups, InteractionTestMode, MassProperties,
-    PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
+    ActiveHooks, CoefficientCombineRule, ColliderBuilder, FrictionModel, Group, InteractionGroups, InteractionTestMode,
+    MassProperties, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
 use std::{
     collections::BTreeMap,

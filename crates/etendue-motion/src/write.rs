@@ -3,8 +3,8 @@
 use crate::Bake;
 use std::io::{self, Write};
 
-/// Writes a motion file: `{"format": "etendue-motion", "version": 1, "hash": "...", "times": [...], "objects": [{"name": "ball",
-/// "positions": [[x, y, z], ...], "rotations": [[x, y, z, w], ...]}, ...]}`. Numbers have the digits that give the same bits back.
+/// Writes a motion file: `{"format": "etendue-motion", "version": 1, "hash": "...", "times": [...], "objects": [{"name": "ball", "pivot":
+/// [x, y, z], "positions": [[x, y, z], ...], "rotations": [[x, y, z, w], ...]}, ...]}`. Numbers have the digits that give the same bits back.
 ///
 /// # Errors
 /// Those of `out`.
@@ -16,6 +16,8 @@ pub fn write_json(bake: &Bake, mut out: impl Write) -> io::Result<()> {
     for (number, body) in bake.bodies.iter().enumerate() {
         out.write_all(if number == 0 { b"\n{\"name\":" } else { b",\n{\"name\":" })?;
         serde_json::to_writer(&mut out, &body.name)?;
+        out.write_all(b",\"pivot\":")?;
+        serde_json::to_writer(&mut out, &body.center.to_array())?;
         array(&mut out, ",\n\"positions\":", body.poses.iter().map(|pose| pose.translation.to_array()))?;
         array(&mut out, ",\n\"rotations\":", body.poses.iter().map(|pose| pose.rotation.to_array()))?;
         out.write_all(b"}")?;
@@ -24,11 +26,7 @@ pub fn write_json(bake: &Bake, mut out: impl Write) -> io::Result<()> {
     out.flush()
 }
 
-fn array<const N: usize>(
-    out: &mut impl Write,
-    key: &str,
-    rows: impl Iterator<Item = [f64; N]>,
-) -> io::Result<()> {
+fn array<const N: usize>(out: &mut impl Write, key: &str, rows: impl Iterator<Item = [f64; N]>) -> io::Result<()> {
     out.write_all(key.as_bytes())?;
     let mut before: &[u8] = b"[";
     for row in rows {

@@ -1,5 +1,7 @@
 //! Motion against closed forms, at the settings that a scene file has by default unless a test says otherwise.
 
+#![allow(clippy::disallowed_methods)]
+
 mod common;
 
 use common::{path, run, velocities};
@@ -11,7 +13,8 @@ fn ball(extra: &str) -> String {
     format!("[[objects]]\nshape = \"sphere\"\nradius = 0.1\ncenter = [0, 0.1, 0]\n{extra}\n")
 }
 
-const FLOOR: &str = "[[objects]]\nshape = \"rectangle\"\ncorner = [-50, 0, -50]\nu = [100, 0, 0]\nv = [0, 0, 100]\nbody = \"fixed\"\n";
+const FLOOR: &str =
+    "[[objects]]\nshape = \"rectangle\"\ncorner = [-50, 0, -50]\nu = [100, 0, 0]\nv = [0, 0, 100]\nbody = \"fixed\"\n";
 
 #[test]
 fn free_fall() {
@@ -51,7 +54,10 @@ fn bounces() {
                 assert!(tops.len() >= 5, "{e}: {tops:?}");
                 for (bounce, height) in (1..).zip(&tops[..5]) {
                     let expected = drop * e.powi(2 * bounce);
-                    assert!((height / expected - 1.0).abs() < 0.02, "{e} from {drop}: {height} for {expected}, {tops:?}");
+                    assert!(
+                        (height / expected - 1.0).abs() < 0.02,
+                        "{e} from {drop}: {height} for {expected}, {tops:?}"
+                    );
                 }
             }
         }
@@ -111,7 +117,9 @@ fn a_block_slides_to_a_stop() {
 fn a_ball_rolls_to_a_stop() {
     let text = format!(
         "{}{FLOOR}[physics]\nduration = 6\nsleep = false\n",
-        ball("body = { linear_velocity = [1, 0, 0], angular_velocity = [0, 0, -572.957795], linear_damping = 2, angular_damping = 2 }")
+        ball(
+            "body = { linear_velocity = [1, 0, 0], angular_velocity = [0, 0, -572.957795], linear_damping = 2, angular_damping = 2 }"
+        )
     );
     let bake = run(&text);
     let at = path(&bake, 0, DVec3::new(0.0, 0.1, 0.0));
@@ -124,7 +132,8 @@ fn a_ball_rolls_to_a_stop() {
     let turned: f64 = turned.sum();
     assert!((turned / (0.5 / 0.1) - 1.0).abs() < 0.01, "{turned}");
 
-    let text = format!("{}{FLOOR}[physics]\nduration = 2\n", ball("body = { linear_velocity = [2, 0, 0], friction = 0.3 }"));
+    let text =
+        format!("{}{FLOOR}[physics]\nduration = 2\n", ball("body = { linear_velocity = [2, 0, 0], friction = 0.3 }"));
     let bake = run(&text.replace("body = \"fixed\"", "body = { kind = \"fixed\", friction = 0.3 }"));
     let at = path(&bake, 0, DVec3::new(0.0, 0.1, 0.0));
     let speed = velocities(&bake, &at)[at.len() - 2].x;
@@ -147,10 +156,13 @@ fn a_pendulum_swings() {
     let start = DVec3::new(0.0872, -0.9962, 0.0);
     let at = path(&bake, 0, start);
     let falling = |i: &usize| at[*i].x > 0.0 && at[*i + 1].x <= 0.0;
-    let crossings: Vec<f64> = (0..at.len() - 1).filter(falling).map(|i| {
-        let (a, b) = (at[i].x, at[i + 1].x);
-        bake.times[i] + (bake.times[i + 1] - bake.times[i]) * a / (a - b)
-    }).collect();
+    let crossings: Vec<f64> = (0..at.len() - 1)
+        .filter(falling)
+        .map(|i| {
+            let (a, b) = (at[i].x, at[i + 1].x);
+            bake.times[i] + (bake.times[i + 1] - bake.times[i]) * a / (a - b)
+        })
+        .collect();
     let period = (crossings[crossings.len() - 1] - crossings[0]) / (crossings.len() - 1) as f64;
     // Inertia of the rod about its end over m g times the distance of its middle; the amplitude adds a²/16.
     let inertia = (1.0 + 0.04 * 0.04) / 3.0;

@@ -36,12 +36,9 @@ fn jumps(physics: &str) -> Vec<(f64, usize, usize)> {
     let mut found = Vec::new();
     for (ball, start) in [DVec3::ZERO, DVec3::new(0.0, 0.1, 0.4)].into_iter().enumerate() {
         let speeds = velocities(&bake, &path(&bake, ball, start));
-        for i in 1..speeds.len() {
-            for axis in 0..3 {
-                if (speeds[i][axis] - speeds[i - 1][axis]).abs() > 0.1 {
-                    found.push((bake.times[i] / 0.02, ball, axis));
-                }
-            }
+        for (pair, time) in speeds.windows(2).zip(&bake.times[1..]) {
+            let change = (pair[1] - pair[0]).abs().to_array();
+            found.extend((0..3).filter(|&axis| change[axis] > 0.1).map(|axis| (time / 0.02, ball, axis)));
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));

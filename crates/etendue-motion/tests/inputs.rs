@@ -175,8 +175,14 @@ fn every_shape_collides() {
         "shape = \"box\"\nmin = [-9, -2, -9]\nmax = [9, -1, 9]",
         "shape = \"disk\"\nradius = 9\ntransform = [{ rotate = { axis = \"x\", angle = 90 } }, { translate = [0, -1, 0] }]",
     ];
-    let bodies = ["shape = \"sphere\"\nradius = 0.2", "shape = \"box\"\nsize = 0.3", "shape = \"rectangle\"\nsize = [0.4, 0.3]",
-        "shape = \"disk\"\nradius = 0.2", "mesh = \"wedge\"", "mesh = \"open\""];
+    let bodies = [
+        "shape = \"sphere\"\nradius = 0.2",
+        "shape = \"box\"\nsize = 0.3",
+        "shape = \"rectangle\"\nsize = [0.4, 0.3]",
+        "shape = \"disk\"\nradius = 0.2",
+        "mesh = \"wedge\"",
+        "mesh = \"open\"",
+    ];
     let mut fallen = Vec::new();
     for floor in floors {
         for body in bodies {

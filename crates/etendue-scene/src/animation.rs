@@ -74,20 +74,10 @@ impl FrameRate {
         f64::from(self.numerator) / f64::from(self.denominator)
     }
 
-    /// The rate that a number means: those of television, 24000/1001 and its kin, and otherwise thousandths.
+    /// The rate that a number means, to a thousandth.
     pub fn of_number(fps: f64) -> Option<Self> {
-        if !(fps >= Self::RANGE.0 && fps <= Self::RANGE.1) {
-            return None;
-        }
-        let whole = libm::round(fps);
-        if (fps - whole).abs() < 1e-9 {
-            return Some(Self { numerator: whole as u32, denominator: 1 });
-        }
-        let above = libm::ceil(fps);
-        if (fps - above / 1.001).abs() < 0.005 && above as u32 % 6 == 0 {
-            return Some(Self { numerator: above as u32 * 1000, denominator: 1001 });
-        }
-        Some(Self { numerator: libm::round(fps * 1000.0) as u32, denominator: 1000 }.reduced())
+        let is_rate = fps >= Self::RANGE.0 && fps <= Self::RANGE.1;
+        is_rate.then(|| Self { numerator: libm::round(fps * 1000.0) as u32, denominator: 1000 }.reduced())
     }
 
     fn reduced(self) -> Self {
@@ -307,4 +297,60 @@ pub struct Varying {
     pub(crate) entries: Arc<[Entry]>,
     /// The file.
     pub(crate) origin: Option<Origin>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frame_rates() {
+        for (text, numerator, denominator) in
+            [("25", 25, 1), ("12.5", 25, 2), ("29.97", 2997, 100), ("30000/1001", 30_000, 1001), ("50/2", 25, 1)]
+        {
+            assert_eq!(text.parse(), Ok(FrameRate { numerator, denominator }), "{text}");
+        }
+        for bad in ["", "0", "-25", "nan", "inf", "1/0", "0/5", "99999", "1/2/3", "25 fps", "99999999999/1"] {
+            assert!(bad.parse::<FrameRate>().is_err(), "{bad}");
+        }
+        assert_eq!(FrameRate { numerator: 30_000, denominator: 1001 }.to_string(), "30000/1001");
+    }
+
+    #[test]
+    fn rotations_of_maps() {
+        let turn = DMat3::from_quat(rotation_about(DVec3::new(0.6, 0.0, 0.8), 77.0));
+        let stretched = turn * DMat3::from_diagonal(DVec3::new(2.0, 0.5, 3.0));
+        let apart = |a: DMat3, b: DMat3| (a - b).to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        assert!(apart(rotation_of(stretched).unwrap(), turn) < 1e-14);
+        assert!(apart(rotation_of(stretched * -1.0).unwrap(), turn) < 1e-14, "mirrored");
+        assert!(rotation_of(DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0))).is_none());
+        assert!(rotation_of(DMat3::from_diagonal(DVec3::splat(f64::NAN))).is_none());
+    }
+
+    fn motion(translate: Curve<DVec3>, angle: Curve<f64>) -> MotionRecord {
+        let rotate = RotationRecord::About { axis: DVec3::Y, angle };
+        let origin = crate::Span::new(crate::SourceMap::new().insert("x", Vec::new()).unwrap(), 0..0).into();
+        MotionRecord { translate, rotate, pivot: None, origin }
+    }
+
+    #[test]
+    fn turns_of_more_than_half_a_round_are_not_lost() {
+        let angle = Curve { keys: vec![(0.0, 0.0), (2.0, 720.0)], blend: Default::default() };
+        let shift = Curve { keys: vec![(0.5, DVec3::ZERO), (1.0, DVec3::X)], blend: Default::default() };
+        let pivot = DVec3::new(3.0, 0.0, -1.0);
+        let track = motion(shift.clone(), angle).track(pivot).unwrap();
+        for i in 0..=100 {
+            let time = 0.02 * f64::from(i);
+            let (pose, turn) = (track.at(time), rotation_about(DVec3::Y, 360.0 * time));
+            assert!(crate::track::turn_between(pose.rotation, turn) < 1e-7, "{time}");
+            let moved = pose.rotation * pivot + pose.translation;
+            assert!((moved - pivot - shift.at(time)).length() < 1e-12, "{time}");
+        }
+        assert_eq!(track.at(2.0).rotation, DQuat::IDENTITY, "what comes round comes back");
+        let endless = Curve {
+            keys: (0..1000).map(|i| (f64::from(i), f64::from(i % 2) * 1e6)).collect(),
+            blend: Default::default(),
+        };
+        assert!(motion(Curve::constant(DVec3::ZERO), endless).track(pivot).is_none());
+    }
 }

@@ -11,10 +11,10 @@ use crate::{
 };
 use etendue::{
     camera::{CameraMotion, CameraSettings},
+    material::Material,
     math::{DAffine3, DVec3},
     motion::Pose,
     scene::{DeltaLight, Environment, FrameChanges, SceneParts},
-    material::Material,
 };
 use std::path::PathBuf;
 
@@ -30,19 +30,21 @@ pub struct Clock {
     pub interval: f64,
     /// Opening and closing of the shutter, fractions of the interval after the frame's time.
     pub shutter: [f64; 2],
+    /// Scene seconds that so many frames take: the interval before rounding.
+    period: (f64, f64),
 }
 
 impl Clock {
     /// As the animation has it.
     pub fn new(animation: &AnimationRecord) -> Self {
-        let fps = animation.fps;
-        let interval = animation.speed * f64::from(fps.denominator) / f64::from(fps.numerator);
-        Self { start: animation.start, interval, shutter: animation.shutter }
+        let AnimationRecord { start, speed, fps, shutter, .. } = *animation;
+        let period = (speed * f64::from(fps.denominator), f64::from(fps.numerator));
+        Self { start, interval: period.0 / period.1, shutter, period }
     }
 
     /// Scene time of a frame, seconds.
     pub fn time(&self, frame: u32) -> f64 {
-        self.start + f64::from(frame) * self.interval
+        self.start + f64::from(frame) * self.period.0 / self.period.1
     }
 
     /// The moment of a frame.
@@ -92,7 +94,7 @@ pub struct Timeline {
 
 impl Timeline {
     /// Joins a description with what was built of it; reads the keyframes that it names. Its objects are moved by their own keys and
-    /// by keyframes; see [`Self::set_track`] for others. Warnings are among the findings of [`Self::input`].
+    /// by keyframes; see [`Self::set_body_track`] for others. Warnings are among the findings of [`Self::input`].
     ///
     /// # Errors
     /// Keyframes that cannot be read or do not fit.
@@ -159,11 +161,20 @@ impl Timeline {
         }
     }
 
-    /// Lets a track move an object of the description; one that is still holds it where it is at all times.
-    pub fn set_track(&mut self, object: usize, track: PoseTrack) {
-        let (Some(mover), Some(placed)) = (self.movers.get_mut(object), self.placed.get(object)) else { return };
+    /// Lets a track move an object of the description; one that is always where the scene file puts the object leaves it at rest.
+    fn set_track(&mut self, object: usize, track: PoseTrack) {
         let is_identity = track.is_still() && track.poses.first().is_none_or(|pose| *pose == Pose::IDENTITY);
-        *mover = (!is_identity).then(|| Mover { track, placed: placed.clone() });
+        if !is_identity {
+            self.set_body_track(object, track);
+        }
+    }
+
+    /// Lets a track move an object of the description, by its index. The object counts as one that moves even where the track never
+    /// leaves its place: so what is rendered of a body does not depend on how long it was simulated.
+    pub fn set_body_track(&mut self, object: usize, track: PoseTrack) {
+        if let (Some(mover), Some(placed)) = (self.movers.get_mut(object), self.placed.get(object)) {
+            *mover = Some(Mover { track, placed: placed.clone() });
+        }
     }
 
     /// What moves an object of the description, if anything does.
@@ -202,13 +213,18 @@ impl Timeline {
             Some(LengthRecord::Frames(frames)) => Some(frames),
             Some(LengthRecord::Duration(duration)) => Some((libm::round(up_to(duration)?) as u32).max(1)),
             None => {
-                let tracks = self.movers.iter().flatten().filter_map(|mover| mover.track.times.last());
-                let keys = Part::ALL.into_iter().filter_map(|part| self.varying.times(part).last());
-                let last = tracks.chain(keys).copied().fold(f64::NEG_INFINITY, f64::max);
+                let last = self.last_key()?;
                 // A frame on the last key counts, whatever rounding does to it.
                 (last > clock.start).then(|| up_to(last - clock.start).map(|frames| (frames + 1e-6) as u32 + 1))?
             }
         }
+    }
+
+    /// The time of the last key of anything, seconds; `None` if nothing has keys.
+    pub fn last_key(&self) -> Option<f64> {
+        let tracks = self.movers.iter().flatten().filter_map(|mover| mover.track.times.last());
+        let keys = Part::ALL.into_iter().filter_map(|part| self.varying.times(part).last());
+        tracks.chain(keys).copied().reduce(f64::max)
     }
 
     /// Where an object is placed: its transform and the middle of the bounding box that it has in its own axes.

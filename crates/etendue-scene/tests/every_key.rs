@@ -138,7 +138,8 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[[objects]]", "max") => "[1, 2, 3]",
         ("[[objects]]", "segments") => "5",
         ("[[objects]]", "size") => "[4, 5]",
-        ("[[objects]]", "body") => "{ kind = \"dynamic\", restitution = 0.5 }",
+        ("[[objects]]", "body") => "{ kind = \"kinematic\", restitution = 0.5 }",
+        ("[[objects]]", "motion") => "{ translate = { keys = [[0, [0, 0, 0]], [1, [1, 2, 3]]] } }",
         ("body", "shape") => "\"hull\"",
         ("body", "group") => "\"g\"",
         ("body", "linear_velocity" | "angular_velocity") => "[1, 2, 3]",
@@ -153,9 +154,7 @@ fn value(section: &str, key: &str) -> &'static str {
         ("[[joints]]", "anchor") => "[1, 2, 3]",
         ("[[joints]]", "axis") => "[0, 0, 2]",
         ("[[joints]]", "limits") => "[-30, 60]",
-        ("[[joints]]", "motor") => {
-            "{ velocity = 1, position = 2, stiffness = 3, damping = 4, max_force = 5 }"
-        }
+        ("[[joints]]", "motor") => "{ velocity = 1, position = 2, stiffness = 3, damping = 4, max_force = 5 }",
         ("[[joints]]", "collide") => "true",
         _ => panic!("give `{key}` of {section} a value here"),
     }
@@ -534,7 +533,8 @@ fn objects() {
 
 #[test]
 fn bodies() {
-    let of = |text: &str| read(&format!("[[objects]]\nshape = \"sphere\"\nbody = {text}")).objects[0].body.clone().unwrap();
+    let of =
+        |text: &str| read(&format!("[[objects]]\nshape = \"sphere\"\nbody = {text}")).objects[0].body.clone().unwrap();
     let all = |kind: &str, left_out: &str| {
         let section = etendue_scene::read::keys::SECTIONS.iter().find(|s| s.name == "body").unwrap();
         let used = section.keys.iter().filter(|k| k.types.is_empty() || k.types.contains(&kind));

@@ -205,6 +205,9 @@ fn scene(section: &Section, key: &Key, of_type: Option<&str>, value: &str) -> St
         "a textured parameter" => format!("[materials.m]\ntype = \"glass\"\nior = {{ {inline} }}"),
         "normal_map" => format!("[materials.m]\ntype = \"glass\"\nnormal_map = {{ {inline} }}"),
         "simplify" => format!("[meshes.m]\nfile = \"a.obj\"\nsimplify = {{ {inline} }}"),
+        "keyframes" => format!("[animation]\nkeyframes = {{ {inline} }}"),
+        "motion" => format!("[[objects]]\nshape = \"sphere\"\nmotion = {{ {inline} }}"),
+        "a value with keys" => format!("[camera]\nfov = {{ {inline} }}"),
         "film.filter" => format!("[film.filter]\n{lines}"),
         name => format!("{}\n{lines}", name.replace("NAME", "m")),
     }

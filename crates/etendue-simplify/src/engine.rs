@@ -6,6 +6,7 @@
 
 use std::ops::ControlFlow;
 
+use etendue_accel::TriangleMesh;
 use rayon::prelude::*;
 
 use crate::block::{Block, Piece};
@@ -27,6 +28,27 @@ pub(crate) struct Work {
     pub wedges: Option<Wedges>,
     /// Positions are in this unit of the input's.
     pub unit: f64,
+    /// What the surface was when it had few enough faces, if that is kept: see [`Work::keep_for`].
+    pub stand_in: Option<TriangleMesh>,
+    pub keep_stand_in: bool,
+}
+
+impl Work {
+    /// Where a vertex is, in the input's unit.
+    pub fn place(&self, v: u32) -> Vec3 {
+        self.vertices[v as usize].position.map(|x| (f64::from(x) * self.unit) as f32)
+    }
+
+    /// Keeps what there is to stand for the original when distances to it are measured: with several times the faces of the
+    /// target it is nearer to it by much than the result will be, and found in less time.
+    fn keep_for(&mut self, target: usize) {
+        let most = (STAND_IN * target).clamp(FEW, MANY).max(2 * target);
+        if self.keep_stand_in && self.stand_in.is_none() && self.faces.corners.len() <= most {
+            let positions: Vec<Vec3> = (0..self.vertices.len() as u32).map(|v| self.place(v)).collect();
+            let indices = self.faces.corners.as_slice().into();
+            self.stand_in = Some(TriangleMesh { positions: positions.into(), indices });
+        }
+    }
 }
 
 /// What collapsing came to.
@@ -48,6 +70,12 @@ const ROUND: f64 = 0.25;
 /// A limit of costs lets so much of what is too many go, over this.
 const STEPS: usize = 3;
 
+/// Times the faces of the target that stand for the original, and the fewest and most that do; more only if the target has half of
+/// them.
+const STAND_IN: usize = 12;
+const FEW: usize = 60_000;
+const MANY: usize = 160_000;
+
 /// Collapses until at most `target` faces are left or nothing more can be.
 pub(crate) fn reduce(
     work: &mut Work,
@@ -57,6 +85,7 @@ pub(crate) fn reduce(
 ) -> Result<Outcome, SimplifyError> {
     let mut outcome = Outcome::default();
     let start = work.faces.corners.len();
+    let target = target.min(start);
     let mut tell = |live: usize| {
         let done = (start - live) as f64 / (start.saturating_sub(target)).max(1) as f64;
         match progress(Progress { stage: Stage::Collapse, done: done.min(1.0) as f32 }) {
@@ -66,14 +95,17 @@ pub(crate) fn reduce(
     };
     let enough = (target + target / 2).max(SMALL);
     let mut turn = 0;
+    work.keep_for(target);
     while work.faces.corners.len() > enough + enough / 4 && turn < 64 {
         let before = work.faces.corners.len();
         round(work, metric, [enough, target], turn, &mut outcome, &mut tell)?;
         turn += 1;
+        work.keep_for(target);
         if work.faces.corners.len() as f64 > 0.98 * before as f64 {
             break;
         }
     }
+    work.keep_for(work.faces.corners.len());
     // An edge that is refused is asked again when all else is done: its surroundings may have changed.
     while work.faces.corners.len() > target {
         let before = work.faces.corners.len();

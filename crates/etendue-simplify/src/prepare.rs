@@ -130,7 +130,9 @@ pub(crate) fn prepare(mesh: &MeshRef<'_>, options: &Options, metric: &Metric) ->
         }
         wedges
     });
-    (Work { vertices, facing, faces: Faces { corners: faces, wedges: corners, materials }, wedges, unit }, dropped)
+    let faces = Faces { corners: faces, wedges: corners, materials };
+    let keep_stand_in = options.polish && !options.fast;
+    (Work { vertices, facing, faces, wedges, unit, stand_in: None, keep_stand_in }, dropped)
 }
 
 /// The least power of two that is not below `x`; 1 for 0.

@@ -3,6 +3,8 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use etendue_accel::TriangleMesh;
+
 use crate::apart::keep_apart;
 use crate::bounded::bounded;
 use crate::engine::{Work, reduce};
@@ -10,6 +12,7 @@ use crate::metric::Metric;
 use crate::polish::polish;
 use crate::prepare::{prepare, validate};
 use crate::scale::Scale;
+use crate::surface::search;
 use crate::vertex::Kind;
 use crate::{Mesh, MeshRef, Options, Placement, Progress, Report, Simplified, SimplifyError, Stage, Target};
 
@@ -88,11 +91,13 @@ pub(crate) fn reduced(
     tell(progress, Stage::Collapse, 0.0)?;
     let outcome = reduce(&mut work, &metric, faces, progress)?;
     let unit = work.unit;
+    // Where nothing was collapsed, all is in its place.
+    let stand_in = work.stand_in.take().filter(|_| outcome.collapses > 0);
     let (mut simplified, kinds) = assemble(work);
     let collapse_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    if options.polish && !options.fast {
-        polish(mesh, &mut simplified, &kinds, progress)?;
+    if let Some(stand_in) = stand_in {
+        polish(mesh, &search(&borrowed(&stand_in))?, &mut simplified, &kinds, progress)?;
     }
     let polish_seconds = start.elapsed().as_secs_f64();
     let report = Report {
@@ -143,9 +148,13 @@ fn check(options: &Options) -> Result<(), SimplifyError> {
     Ok(())
 }
 
+fn borrowed(mesh: &TriangleMesh) -> MeshRef<'_> {
+    let (positions, faces) = (&*mesh.positions, &*mesh.indices);
+    MeshRef { positions, faces, normals: None, uvs: None, colors: None, materials: None }
+}
+
 /// The mesh, and where its vertices may go.
 fn assemble(mut work: Work) -> (Mesh, Vec<Kind>) {
-    let place = |v: u32| work.vertices[v as usize].position.map(|x| (f64::from(x) * work.unit) as f32);
     let mut mesh = Mesh { materials: work.faces.materials.take(), ..Mesh::default() };
     let corners = work.faces.wedges.as_ref().unwrap_or(&work.faces.corners);
     let mut new_index = vec![u32::MAX; work.wedges.as_ref().map_or(work.vertices.len(), |wedges| wedges.list.len())];
@@ -159,7 +168,7 @@ fn assemble(mut work: Work) -> (Mesh, Vec<Kind>) {
     }
     let owner = |i: usize| work.wedges.as_ref().map_or(i as u32, |wedges| wedges.list[i].owner);
     let owners: Vec<u32> = used.iter().map(|&i| owner(i)).collect();
-    mesh.positions = owners.iter().map(|&v| place(v)).collect();
+    mesh.positions = owners.iter().map(|&v| work.place(v)).collect();
     mesh.faces = corners.iter().map(|face| face.map(|v| new_index[v as usize])).collect();
     let kinds: Vec<Kind> = owners.iter().map(|&v| work.vertices[v as usize].kind).collect();
     keep_apart(&mut mesh.positions, &owners, &kinds);

@@ -365,3 +365,18 @@ fn one_vertex_far_off_does_no_harm() {
         assert!(found.diagonal > 0.9 * f64::from(far) && found.largest() < found.diagonal, "{far}: {found:?}");
     }
 }
+
+#[test]
+fn points_that_meet_stay_apart() {
+    // The middles of one sheet's edges are vertices of the other.
+    let sheet = moved(&grid(16, |_, _| 0.0), |p| p.map(|x| 16.0 * x));
+    let both = joined(&sheet, &moved(&sheet, |[x, y, z]| [x + 0.5, y, z]));
+    let before = check(&both.as_ref());
+    assert_eq!((before.components, before.non_manifold_vertices.count), (2, 0));
+    for faces in [900, 600] {
+        let options = Options { method: Method::ShortestEdge, polish: false, ..Options::new(Target::Faces(faces)) };
+        let after = check(&run(&both, &options).mesh.as_ref());
+        assert_eq!((after.components, after.non_manifold_vertices.count), (2, 0), "{faces}");
+        assert!(after.is_manifold() && after.is_sound() && after.boundary_loops == 2, "{faces}");
+    }
+}

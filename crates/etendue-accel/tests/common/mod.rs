@@ -129,7 +129,7 @@ pub fn moving(
     let base = std::array::from_fn(|r| [linear[r][0], linear[r][1], linear[r][2], shift[r]].map(f64::from));
     let key = |i: usize, rng: &mut Rng| {
         let axis = rng.direction().map(f64::from);
-        let half_angle = 0.5 * *rng.pick(&[0.0, 1e-9, 0.01, 1.0, 3.0, 3.14159, 3.2, 6.0]);
+        let half_angle = 0.5 * *rng.pick(&[0.0, 1e-9, 0.01, 1.0, 3.0, std::f64::consts::PI, 3.2, 6.0]);
         let rotation = [axis[0], axis[1], axis[2]].map(|x| x * f64::sin(half_angle));
         RigidKey {
             time: i as f64 / (keys - 1).max(1) as f64,

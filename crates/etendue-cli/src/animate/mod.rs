@@ -1,5 +1,6 @@
 //! `etendue animate`: a scene that moves in, numbered pictures or a film out.
 
+mod bodies;
 mod film;
 mod pattern;
 mod stamp;
@@ -59,8 +60,11 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
         loaded.timeline.set_camera(camera);
     }
     let times = Clock::new(loaded.timeline.animation());
-    let [first, last] = range(args.frames, loaded.timeline.frames(&times))?;
-    check_cameras(&loaded, &times, [first, last])?;
+    signals.start_work();
+    let until = needed(&loaded, &times, args.frames);
+    bodies::simulate(&mut loaded, until, &stop, args.render.quiet)?;
+    let [first, last] = range(args.frames, loaded.timeline.frames(&times), model::is_model(&args.render.input))?;
+    check_cameras(&loaded, &times, [first, last], &stop)?;
     let mut seconds = Seconds { load: clock.elapsed().as_secs_f64(), ..Seconds::default() };
     let clock = Instant::now();
     let mut job = loaded.build_at(times.moment(first), &args.render)?;
@@ -89,7 +93,6 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
     let seed = job.settings.seed;
     let (loaded, targets, stop) = (&loaded, &targets, &*stop);
     let mut session = Session { args, loaded, times, targets, stop, view, seed, labels, pipe, seconds };
-    signals.start_work();
     let clock = Instant::now();
     let mut at = first;
     for frame in first..=last {
@@ -102,7 +105,8 @@ pub fn run(args: &AnimateArgs) -> Result<Exit, Failure> {
     let Session { view, seconds, .. } = session;
     drop(view);
     if !whole {
-        report::say("interrupted: the same command with --resume goes on");
+        let how = if targets.can_resume() { "the same command with --resume goes on" } else { "nothing is kept" };
+        report::say(format!("interrupted: {how}"));
         return Ok(Exit::Interrupted);
     }
     if args.render.stats {
@@ -161,11 +165,23 @@ fn edit(description: &mut SceneDescription, args: &AnimateArgs) -> Result<(), Fa
     Ok(())
 }
 
+/// Up to when motion is needed, if the arguments or the scene say how many frames there are.
+fn needed(loaded: &Loaded, times: &Clock, asked: Option<FrameRange>) -> Option<f64> {
+    let length = loaded.timeline.animation().length.and_then(|_| loaded.timeline.frames(times));
+    let last = asked.and_then(|range| range.last).or(length.map(|frames| frames.max(1) - 1))?;
+    let moment = times.moment(last);
+    Some(moment.shutter[1].max(moment.time))
+}
+
 /// The first and the last frame.
-fn range(asked: Option<FrameRange>, whole: Option<u32>) -> Result<[u32; 2], Failure> {
+fn range(asked: Option<FrameRange>, whole: Option<u32>, is_model: bool) -> Result<[u32; 2], Failure> {
     let unknown = || {
-        Failure::new(Exit::Usage, "nothing says how many frames there are: nothing in the scene moves or has keys")
-            .hint("give --frames A-B, or `frames` or `duration` in [animation]")
+        let hint = match is_model {
+            true => "--turntable turns the model round once",
+            false => "give --frames A-B, or `frames` or `duration` in [animation]",
+        };
+        let message = "nothing says how many frames there are: nothing in the scene moves or has keys";
+        Failure::new(Exit::Usage, message).hint(hint)
     };
     match asked {
         Some(FrameRange { first, last: Some(last) }) => Ok([first, last]),
@@ -181,18 +197,23 @@ fn range(asked: Option<FrameRange>, whole: Option<u32>) -> Result<[u32; 2], Fail
     }
 }
 
-/// Finds out before anything is rendered whether the camera has a sense in all frames.
-fn check_cameras(loaded: &Loaded, times: &Clock, [first, last]: [u32; 2]) -> Result<(), Failure> {
-    if !loaded.timeline.camera_changes() {
+/// Finds out before anything is rendered whether the camera has a sense in all frames; after the last key of anything it rests.
+fn check_cameras(loaded: &Loaded, times: &Clock, [first, last]: [u32; 2], stop: &Stop) -> Result<(), Failure> {
+    let timeline = &loaded.timeline;
+    if !timeline.camera_changes() {
         return Ok(());
     }
+    let end = timeline.last_key().unwrap_or(times.start);
     for frame in first..=last {
         let moment = times.moment(frame);
-        let looked = loaded.timeline.camera(moment.shutter[0]).and_then(|_| loaded.timeline.camera_motion(moment));
+        let looked = timeline.camera(moment.shutter[0]).and_then(|_| timeline.camera_motion(moment));
         looked.map_err(|found| {
             report::say(format!("in frame {frame}, at {} s:", moment.time));
             load::refused(&found, &loaded.sources)
         })?;
+        if stop.is_stopped() || moment.shutter[0] > end {
+            break;
+        }
     }
     Ok(())
 }
@@ -433,12 +454,12 @@ mod tests {
     #[test]
     fn frames_that_there_are() {
         let asked = |first, last| Some(FrameRange { first, last });
-        assert_eq!(range(None, Some(10)).unwrap(), [0, 9]);
-        assert_eq!(range(asked(3, None), Some(10)).unwrap(), [3, 9]);
-        assert_eq!(range(asked(3, Some(500)), Some(10)).unwrap(), [3, 500]);
-        assert_eq!(range(asked(5, Some(5)), None).unwrap(), [5, 5]);
-        assert_eq!(range(asked(10, None), Some(10)).unwrap_err().exit, Exit::Usage);
-        assert_eq!(range(None, None).unwrap_err().exit, Exit::Usage);
+        assert_eq!(range(None, Some(10), false).unwrap(), [0, 9]);
+        assert_eq!(range(asked(3, None), Some(10), false).unwrap(), [3, 9]);
+        assert_eq!(range(asked(3, Some(500)), Some(10), false).unwrap(), [3, 500]);
+        assert_eq!(range(asked(5, Some(5)), None, false).unwrap(), [5, 5]);
+        assert_eq!(range(asked(10, None), Some(10), false).unwrap_err().exit, Exit::Usage);
+        assert_eq!(range(None, None, false).unwrap_err().exit, Exit::Usage);
     }
 
     #[test]

@@ -81,6 +81,11 @@ impl Targets {
         })
     }
 
+    /// True if an interrupted run can be gone on with.
+    pub fn can_resume(&self) -> bool {
+        self.check_resume().is_ok()
+    }
+
     /// Refuses to go on with outputs whose frames cannot be told.
     pub fn check_resume(&self) -> Result<(), Failure> {
         let unknown = |what: &str| {

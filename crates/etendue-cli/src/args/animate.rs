@@ -15,13 +15,13 @@ or .pfm; repeat for several [default: NAME.mp4 in the working directory]";
 
 const EXAMPLES: &str = "\
 Examples:
-  etendue animate scene.toml -o film.mp4
-  etendue animate scene.toml -o frame.%04d.exr --frames 0-99 --spp 256
-  etendue animate scene.toml -o film.gif --fps 12.5 --size 480x270
-  etendue animate scene.toml -o frame.%04d.png --resume
-  etendue animate scene.toml -o - --quiet | ffmpeg -i - film.mkv
+  etendue animate moving.toml -o film.mp4
+  etendue animate moving.toml -o frame.%04d.exr --frames 0-9 --spp 256
+  etendue animate moving.toml -o film.gif --fps 12.5 --size 480x270
+  etendue animate moving.toml -o frame.%04d.png --shutter 0,0.5 --resume
+  etendue animate moving.toml -o - --quiet | ffmpeg -i - film.mkv
   etendue animate bunny.obj --turntable -o bunny.mp4
-  etendue animate scene.toml -o film.mp4 --json | jq -r .film_hash
+  etendue animate moving.toml -o film.mp4 --json | jq -r .film_hash
 
 Frame k, counted from 0, shows the scene at start + k * speed / fps seconds. A frame depends on
 what a picture depends on and on its time, never on the frames before it: rendered alone it is

@@ -12,7 +12,7 @@ use crate::{
     signals::Signals,
 };
 use etendue_scene::{
-    Limits, SourceMap,
+    Diagnostic, Limits, Severity, SourceMap,
     import::{Import, counted},
     mesh_file::MeshFile,
     mesh_output::MeshOutputFormat,
@@ -46,6 +46,7 @@ pub fn run(args: &SimplifyArgs) -> Result<Exit, Failure> {
     let clock = Instant::now();
     let mut sources = SourceMap::new();
     let mut original = model::read(&args.input, &mut sources, &Limits::default())?;
+    tell_notes(args, &original, &sources);
     let locked = locked(args, &original, &mut sources)?;
     prepare(args, format, &mut original);
     seconds.load = lap(clock);
@@ -109,6 +110,12 @@ fn words(stage: Stage) -> &'static str {
         Stage::Polish => "polish",
         Stage::Measure => "measure",
     }
+}
+
+/// What the reader left out or changed.
+fn tell_notes(args: &SimplifyArgs, model: &MeshFile, sources: &SourceMap) {
+    let is_told = |note: &&Diagnostic| !args.quiet || note.severity != Severity::Note;
+    model.notes.iter().filter(is_told).for_each(|note| report::say(note.one_line(sources)));
 }
 
 /// Vertices of the mesh that `--lock` names.

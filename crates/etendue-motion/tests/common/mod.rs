@@ -19,7 +19,8 @@ pub fn scene(text: &str) -> (SceneDescription, Input) {
     let found: Vec<String> = found.iter().map(|d| d.one_line(&sources)).collect();
     let description = description.unwrap_or_else(|| panic!("{found:?}"));
     let input = build(&description, &mut sources, &Limits::default());
-    let input = input.unwrap_or_else(|found| panic!("{:?}", found.iter().map(|d| d.one_line(&sources)).collect::<Vec<_>>()));
+    let input =
+        input.unwrap_or_else(|found| panic!("{:?}", found.iter().map(|d| d.one_line(&sources)).collect::<Vec<_>>()));
     (description, input)
 }
 

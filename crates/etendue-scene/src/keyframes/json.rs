@@ -179,7 +179,7 @@ fn offset(bytes: &[u8], line: usize, column: usize) -> usize {
     (start + column.saturating_sub(1)).min(bytes.len())
 }
 
-/// Where a name stands, after those before it; the start of the file if it is not written plainly.
+/// Where a name stands, after those before it; the start of the file if it, or one before it, is not written plainly.
 fn place_of(file: FileId, bytes: &[u8], name: &str, from: &mut usize) -> Span {
     let quoted = format!("\"{name}\"");
     let found = bytes[*from..].windows(quoted.len()).position(|window| window == quoted.as_bytes());
@@ -189,6 +189,9 @@ fn place_of(file: FileId, bytes: &[u8], name: &str, from: &mut usize) -> Span {
             *from = start + quoted.len();
             Span::new(file, start..*from)
         }
-        None => Span::new(file, 0..0),
+        None => {
+            *from = bytes.len();
+            Span::new(file, 0..0)
+        }
     }
 }

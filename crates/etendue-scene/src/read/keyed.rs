@@ -54,7 +54,8 @@ impl Context {
 impl<'a> Item<'a> {
     /// True for a table of keys.
     pub fn is_keyed(&self) -> bool {
-        matches!(&self.value.data, Data::Table(entries) if entries.iter().any(|entry| entry.key == "keys"))
+        let Data::Table(entries) = &self.value.data else { return false };
+        entries.iter().any(|entry| keys::KEYED.key(&entry.key).is_some())
     }
 
     /// A value as `read` has it, or the one that keys make at the time of reading.

@@ -5,6 +5,7 @@ use crate::{
     Diagnostic, Diagnostics, Severity,
     description::{Focus, Lens, Located, MeshSource, SceneDescription, ShapeRecord},
     diagnostic::nearest,
+    physics::BodyKind,
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -36,6 +37,12 @@ pub fn check(cx: &Context, description: &SceneDescription) {
         }
         if let ShapeRecord::Mesh(mesh) = &object.shape {
             check_name(cx, mesh, "mesh", &meshes);
+        }
+        if let (Some(motion), Some(body)) = (&object.motion, &object.body)
+            && body.kind == BodyKind::Dynamic
+        {
+            let error = error_at("a dynamic body moves by itself, not by keys".to_owned(), &motion.origin);
+            cx.push(error.help("make the body `kinematic`, or leave `motion` out"));
         }
         if let Some(name) = &object.name
             && names.insert(name.value.as_str(), ()).is_some()

@@ -1,6 +1,7 @@
 //! What values each key of a scene file takes.
 
 use crate::{
+    curve::Blend,
     physics::{BodyKind, CollisionShape, Combine, JointKind},
     read::{
         Bounds, COEFFICIENT, DURATION, DURATIONS, FACES, FORCES, FPS, FREE_PATH, FREQUENCIES, FRICTIONS, LATITUDES,
@@ -552,7 +553,10 @@ fn keyed(key: &str) -> Option<Kind> {
                 Kind::Any(vec![Colour(Bounds::COORDINATE), array(Number(Bounds::COORDINATE), 4), Table(&keys::ROTATE)]);
             Kind::Array(Box::new(Kind::Array(Box::new(value), 2, 2)), 1, usize::MAX)
         }
-        "interpolation" => choice(&["linear", "slerp", "cubic", "step"]),
+        // Of values, or of rotations.
+        "interpolation" => {
+            Kind::Any(vec![all(&Blend::ALL, Blend::name), all(&Interpolation::ALL, Interpolation::name)])
+        }
         _ => return None,
     })
 }

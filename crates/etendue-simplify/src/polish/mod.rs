@@ -12,6 +12,8 @@ mod rounds;
 
 use std::ops::ControlFlow;
 
+use etendue_accel::ClosestPoints;
+
 use crate::vertex::Kind;
 use crate::{Mesh, MeshRef, Progress, SimplifyError, Stage};
 use net::Net;
@@ -26,10 +28,11 @@ const REPAIRS: usize = 3;
 /// Moves the vertices of a simplified mesh, each as far as its kind lets it, so that the surface comes nearer to that of the original;
 /// attributes follow. Vertices at one position stay together, and have the strictest of their kinds. No face turns over or
 /// loses its shape, and what is measured on points of the original, root mean square and largest distance, gets no worse; nor does the
-/// largest distance from vertices and middles of faces to an original of at most 2^18 faces. Vertices on curves stay. Indices of both
-/// meshes have been checked. The result does not depend on the number of threads.
+/// largest distance from vertices and middles of faces to `stand_in`, which stands for the original. Vertices on curves stay.
+/// Indices of both meshes have been checked. The result does not depend on the number of threads.
 pub(crate) fn polish(
     original: &MeshRef<'_>,
+    stand_in: &ClosestPoints,
     simplified: &mut Mesh,
     pinned: &[Kind],
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -38,7 +41,7 @@ pub(crate) fn polish(
     if !net.can_move() {
         return Ok(());
     }
-    let Some(mut rounds) = Rounds::start(original, &net)? else { return Ok(()) };
+    let Some(mut rounds) = Rounds::start(original, stand_in, &net) else { return Ok(()) };
     for round in 0..=ROUNDS + REPAIRS {
         let done = round as f32 / (ROUNDS + REPAIRS + 1) as f32;
         if (progress)(Progress { stage: Stage::Polish, done }).is_break() {

@@ -6,7 +6,7 @@ use etendue_accel::{ClosestPoint, ClosestPoints, Isa, TriangleMesh};
 
 use super::fit::{Fit, Wish};
 use super::net::Net;
-use crate::surface::{self, Areas, Sample, dot, is_in_reach, length, normal, sub};
+use crate::surface::{Areas, Sample, dot, is_in_reach, length, normal, sub};
 use crate::vertex::Kind;
 use crate::{MeshRef, SimplifyError};
 
@@ -14,10 +14,8 @@ use crate::{MeshRef, SimplifyError};
 const SAMPLES_A_FACE: usize = 4;
 const SAMPLES: usize = 80_000;
 
-/// At most so many vertices of the original are watched besides, and faces of the simplified mesh from both sides if the original has
-/// at most so many faces: the search in the original costs more than all else.
+/// At most so many vertices of the original are watched besides.
 const WATCHED: usize = 40_000;
-const SMALL_ORIGINAL: usize = 1 << 18;
 
 /// Points of the original.
 pub(super) struct Points {
@@ -46,7 +44,7 @@ pub(super) struct Rounds<'a> {
     points: Vec<[f64; 3]>,
     found: Vec<ClosestPoint>,
     /// To measure the way back.
-    original: Option<ClosestPoints>,
+    stand_in: &'a ClosestPoints,
     hints: Vec<u32>,
     /// Nodes and middles of faces, and what is closest of the original.
     back: (Vec<[f64; 3]>, Vec<ClosestPoint>),
@@ -63,10 +61,10 @@ pub(super) struct Rounds<'a> {
 
 impl<'a> Rounds<'a> {
     /// `None` if the original has no area.
-    pub fn start(original: &MeshRef<'_>, net: &'a Net) -> Result<Option<Self>, SimplifyError> {
+    pub fn start(original: &MeshRef<'_>, stand_in: &'a ClosestPoints, net: &'a Net) -> Option<Self> {
         let areas = Areas::of(original);
         if areas.total() == 0.0 {
-            return Ok(None);
+            return None;
         }
         let count = SAMPLES + SAMPLES_A_FACE * net.faces.len();
         let mut samples = vec![Sample { point: [0.0; 3], face: 0 }; count];
@@ -83,16 +81,14 @@ impl<'a> Rounds<'a> {
         let watched = original.faces.iter().step_by(step).flatten().map(|&v| original.positions[v as usize]);
         let mut points: Vec<[f64; 3]> = samples.iter().map(|sample| sample.point).collect();
         points.extend(watched.step_by(3).filter(|&p| is_in_reach(p)).map(|p| p.map(f64::from)));
-        let is_small = original.faces.len() <= SMALL_ORIGINAL;
-        let original = if is_small { Some(surface::search(original)?) } else { None };
         let all = points.len();
-        Ok(Some(Self {
+        Some(Self {
             net,
             indices: net.faces.as_slice().into(),
             normals,
             points,
             found: vec![ClosestPoint::NONE; all],
-            original,
+            stand_in,
             hints: vec![u32::MAX; all],
             back: (Vec::new(), Vec::new()),
             positions: net.positions.clone(),
@@ -102,7 +98,7 @@ impl<'a> Rounds<'a> {
             // Twice the spacing of points.
             alone: vec![4.0 * areas.total() / count as f64; net.positions.len()],
             may_move: net.kinds.iter().map(|&kind| kind == Kind::Free).collect(),
-        }))
+        })
     }
 
     /// Measures how far the points are from the positions.
@@ -138,9 +134,8 @@ impl<'a> Rounds<'a> {
         Ok(())
     }
 
-    /// The largest square of distances from the simplified mesh to the original; 0 if that is not measured.
+    /// The largest square of distances from the simplified mesh to the original.
     fn measure_back(&mut self) -> f64 {
-        let Some(original) = &self.original else { return 0.0 };
         let (points, found) = &mut self.back;
         points.clear();
         points.extend(self.positions.iter().map(|p| p.map(f64::from)));
@@ -149,7 +144,7 @@ impl<'a> Rounds<'a> {
             [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
         }));
         found.resize(points.len(), ClosestPoint::NONE);
-        original.closest(points, f64::INFINITY, found);
+        self.stand_in.closest(points, f64::INFINITY, found);
         found.iter().filter(|found| found.is_found()).map(|found| found.distance_squared).fold(0.0, f64::max)
     }
 

@@ -50,20 +50,20 @@ fn gas(parts: &mut Parts, absorption: f32) -> usize {
     boundary
 }
 
-/// A cube of gas that goes away to behind the camera, which is in it at first.
+/// A cube of gas that comes from behind the camera, which is in it at last.
 #[test]
 fn the_camera_is_in_a_body_for_as_long_as_it_is() {
     let absorption = 1.5;
     let mut parts = Parts::default();
     let boundary = gas(&mut parts, absorption);
     let block = parts.shape(cube(false));
-    parts.place_moving(block, DAffine3::IDENTITY, boundary, straight(DVec3::ZERO, DVec3::Z * 3.0));
+    parts.place_moving(block, DAffine3::IDENTITY, boundary, straight(DVec3::Z * 3.0, DVec3::ZERO));
     parts.0.environment = Some(Spectrum::ONE.into());
     let view = CameraSettings {
         projection: Projection::Orthographic { height: 1e-3 },
         ..camera(dvec3(0.1, 0.2, 0.0), dvec3(0.1, 0.2, -1.0))
     };
-    // At time t, 1 - 3 t of gas are before it.
+    // At time 1 - t, 1 - 3 t of gas are before it.
     let k = f64::from(absorption);
     let exact = (1.0 - (-k).exp()) / (3.0 * k) + 2.0 / 3.0;
     let scene = parts.build();

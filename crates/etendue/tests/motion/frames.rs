@@ -39,12 +39,17 @@ fn light(frame: usize) -> DeltaLight {
 
 /// A frame built from nothing; meshes placed once and often, spheres, ellipsoids, and moving lights of every kind.
 fn fresh(frame: usize, kind: AcceleratorKind, isa: Isa) -> Scene {
+    fresh_with(frame, frame, kind, isa)
+}
+
+/// The places of one frame with the colours and lights of another; the sky goes with the latter.
+fn fresh_with(frame: usize, look: usize, kind: AcceleratorKind, isa: Isa) -> Scene {
     let mut parts = Parts::default();
     let white = parts.diffuse([0.7; 3]);
-    let color = parts.diffuse([0.1 * frame as f32 + 0.2, 0.5, 0.3]);
+    let color = parts.diffuse([0.1 * look as f32 + 0.2, 0.5, 0.3]);
     let metal = parts.material(Scattering::Mirror { reflectance: Spectrum::splat(0.9) });
     let glow = parts.emitter([5.0, 4.0, 3.0], true);
-    let lamp = parts.emitter([2.0 + frame as f32, 3.0, 5.0], false);
+    let lamp = parts.emitter([2.0 + look as f32, 3.0, 5.0], false);
     parts.rectangle(dvec3(-4.0, -1.0, -4.0), dvec3(0.0, 0.0, 8.0), dvec3(8.0, 0.0, 0.0), white);
     let (often, once, bulb) = (parts.shape(ball(2)), parts.shape(cube(false)), parts.shape(ball(1)));
     let sphere = parts.shape(Shape::Sphere { center: dvec3(0.1, 0.0, 0.0), radius: 1.0 });
@@ -65,8 +70,8 @@ fn fresh(frame: usize, kind: AcceleratorKind, isa: Isa) -> Scene {
     for (i, (shape, to, material)) in things.into_iter().enumerate() {
         parts.place_moving(shape, to, material, motion(i, frame));
     }
-    parts.0.delta_lights = vec![light(frame)];
-    parts.0.environment = Some(Spectrum::splat(0.2).into());
+    parts.0.delta_lights = vec![light(look)];
+    parts.0.environment = (look > 0).then(|| Spectrum::splat(0.2).into());
     Scene::build(parts.0, &AcceleratorSettings { kind, isa, threads: 2 }).expect("a scene")
 }
 
@@ -76,7 +81,7 @@ fn changes(frame: usize) -> FrameChanges {
         motions: (0..8).map(|i| (i + 1, motion(i, frame))).collect(),
         materials: [1, 4].map(|i| (i, fresh.materials()[i].clone())).into(),
         delta_lights: Some(vec![light(frame)]),
-        ..FrameChanges::default()
+        environment: Some((frame > 0).then(|| Spectrum::splat(0.2).into())),
     }
 }
 
@@ -106,6 +111,20 @@ fn a_frame_alone_is_the_frame_in_sequence() {
                 assert!(pictures[0] == pictures[1], "{kind}, frame {frame}, {integrator}");
             }
         }
+    }
+}
+
+/// Nothing but motions changes, and lights are among what moves.
+#[test]
+fn lights_move_along() {
+    let kind = AcceleratorKind::Bvh;
+    let mut scene = fresh(0, kind, Isa::detect());
+    for frame in [1, 2, 3] {
+        let only = FrameChanges { motions: changes(frame).motions, ..FrameChanges::default() };
+        scene = scene.with_frame(only, 1).expect("a frame");
+        let alone = fresh_with(frame, 0, kind, Isa::detect());
+        let pictures = [&scene, &alone].map(|scene| bits(&picture(scene, &view(), SIZE, &settings())));
+        assert!(pictures[0] == pictures[1], "frame {frame}");
     }
 }
 

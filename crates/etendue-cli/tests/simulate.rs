@@ -1,0 +1,61 @@
+//! `etendue simulate`.
+
+mod common;
+
+use common::{Folder, SCENE};
+use etendue_scene::{Limits, SourceMap, keyframes};
+
+fn folder(extra: &str) -> Folder {
+    let folder = Folder::new();
+    let ball = "[[objects]]\nname = \"ball\"\nshape = \"sphere\"\nradius = 0.1\ntransform = { translate = [0, 3, 0] }\nbody = { restitution = 0.5 }\n\
+                [[objects]]\nname = \"floor\"\nshape = \"box\"\nmin = [-3, -4, -3]\nmax = [3, -3, 3]\nbody = \"fixed\"\n";
+    folder.put("scene.toml", format!("{SCENE}\n{ball}{extra}"));
+    folder
+}
+
+#[test]
+fn motion_is_written_and_reads_back() {
+    let folder = folder("[physics]\nduration = 0.5\n");
+    let told = folder.run("simulate scene.toml -o m.json --json").with_code(0);
+    let summary: serde_json::Value = serde_json::from_str(&told.stdout).unwrap();
+    assert_eq!((summary["bodies"].as_u64(), summary["steps"].as_u64()), (Some(1), Some(240)));
+    assert!(told.stderr.contains("m.json: 1 body, 240 steps"), "{}", told.stderr);
+    let first = std::fs::read(folder.path("m.json")).unwrap();
+    folder.run("simulate scene.toml -o m.json --quiet").with_code(0);
+    assert_eq!(std::fs::read(folder.path("m.json")).unwrap(), first);
+    let mut sources = SourceMap::new();
+    let recording = keyframes::read(&folder.path("m.json"), &mut sources, &Limits::default()).unwrap();
+    let text = String::from_utf8(first).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["hash"], summary["hash"]);
+    assert_eq!(recording.times.unwrap().len(), 241);
+    let positions = json["objects"][0]["positions"].as_array().unwrap();
+    for (pose, position) in recording.objects[0].poses.iter().zip(positions) {
+        let read = pose.translation.to_array().map(f64::to_bits);
+        let written: Vec<u64> = position.as_array().unwrap().iter().map(|x| x.as_f64().unwrap().to_bits()).collect();
+        assert_eq!(read[..], written[..]);
+    }
+    let steps = folder.run("simulate scene.toml -o m.json --duration 1 --step 0.01 --json").with_code(0).stdout;
+    let summary: serde_json::Value = serde_json::from_str(&steps).unwrap();
+    assert_eq!((summary["steps"].as_u64(), summary["end"].as_f64()), (Some(100), Some(1.0)));
+}
+
+#[test]
+fn what_does_not_work_is_said() {
+    let still = Folder::new();
+    let told = still.run("simulate scene.toml -o m.json").with_code(2).stderr;
+    assert!(told.contains("no object has a dynamic body") && told.contains("body = \"dynamic\""), "{told}");
+    still.run("simulate scene.toml -o m.npy").with_code(1);
+    still.run("simulate scene.toml -o none/m.json").with_code(4);
+    still.run("simulate none.toml -o m.json").with_code(2);
+    still.run("simulate scene.toml -o m.json --step 0").with_code(1);
+    still.run("simulate scene.toml -o m.json --duration -1").with_code(1);
+    let apart = folder(
+        "[[objects]]\nname = \"shot\"\nshape = \"sphere\"\nbody = { linear_velocity = [1e9, 0, 0], gravity_scale = 1e9 }\n[physics]\nduration = 100\nstep = 0.1\n",
+    );
+    let told = apart.run("simulate scene.toml -o m.json").with_code(2).stderr;
+    assert!(told.contains("the body of `shot` flew apart") && told.contains("scene.toml:"), "{told}");
+    let long = apart.run("simulate scene.toml -o m.json --step 0.000001 --duration 100000").with_code(2).stderr;
+    assert!(long.contains("33554432 poses"), "{long}");
+    assert!(!apart.path("m.json").exists());
+}
