@@ -30,7 +30,7 @@ const PLACEMENTS: [Placement; 6] = [
 ];
 /// Open edges, topology, fast.
 const SWITCHES: usize = 3;
-const COMBINATIONS: usize = METHODS.len() * PLACEMENTS.len() << SWITCHES;
+const COMBINATIONS: usize = (METHODS.len() * PLACEMENTS.len()) << SWITCHES;
 /// Combinations that a mesh goes through, of a sample and of all.
 const OF_A_MESH: [usize; 2] = [12, 36];
 /// One mesh of so many is large enough to be worked on in blocks.
