@@ -15,8 +15,8 @@ pub struct Film {
 
 /// All of them.
 pub const FILMS: [Film; 2] = [
-    Film { name: "figure-9", shown: [0, 28, 44, 60, 90, 120] },
-    Film { name: "bowl", shown: [0, 20, 30, 45, 70, 124] },
+    Film { name: "figure-9", shown: [0, 30, 45, 60, 88, 120] },
+    Film { name: "bowl", shown: [0, 26, 44, 60, 84, 129] },
 ];
 
 /// Renders every film to `gallery/out`, its sheet to `docs/images`. Quick ones leave the documents alone.

@@ -201,11 +201,11 @@ spp = 32
 [integrator]
 depth = 16
 
-# Two seconds, at two fifths of their speed.
+# One second and a quarter, at a quarter of its speed.
 [animation]
 fps = 25
-speed = 0.4
-frames = 125
+speed = 0.25
+frames = 130
 shutter = [0, 0.5]
 
 [physics]
