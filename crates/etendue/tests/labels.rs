@@ -173,8 +173,10 @@ fn a_plane_has_the_depth_normal_and_position_of_the_plane() {
     parts.rectangle(corner, u, v, grey);
     let mut camera = camera(dvec3(1.0, 2.0, 9.0), dvec3(0.0, 0.0, 0.0));
     // The lens is not seen.
-    let Projection::Perspective { lens_radius, focus_distance, .. } = &mut camera.projection else { unreachable!() };
-    (*lens_radius, *focus_distance) = (0.5, 3.0);
+    let Projection::Perspective { lens_radius, focus_distance, aperture, .. } = &mut camera.projection else {
+        unreachable!()
+    };
+    (*lens_radius, *focus_distance, *aperture) = (0.5, 3.0, Aperture::Polygon { blades: 3, rotation: 0.3 });
     let here = Frame::new(&parts.0, &[], camera);
     let labels = labels_of(&parts.0, settings(), &here, None);
     let (pinhole, normal) = (Pinhole::of(&camera), u.cross(v).normalize());
