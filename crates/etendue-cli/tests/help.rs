@@ -27,9 +27,9 @@ fn folder_of_examples() -> Folder {
     let folder = Folder::new();
     std::fs::create_dir(folder.path("scenes")).unwrap();
     folder.put("scenes/cornell-box.toml", SCENE);
-    folder.put("marbles.toml", &format!("{SCENE}\n[[objects]]\nshape = \"sphere\"\nbody = \"dynamic\"\n"));
+    folder.put("marbles.toml", format!("{SCENE}\n[[objects]]\nshape = \"sphere\"\nbody = \"dynamic\"\n"));
     let motion = "motion = { translate = { keys = [[0, [0, 0, 0]], [1, [0, 1, 0]]] } }";
-    folder.put("moving.toml", &format!("{SCENE}\n[[objects]]\nshape = \"sphere\"\n{motion}\n"));
+    folder.put("moving.toml", format!("{SCENE}\n[[objects]]\nshape = \"sphere\"\n{motion}\n"));
     for name in ["bunny.obj", "cow.obj"] {
         folder.put(name, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
     }

@@ -7,7 +7,7 @@ use etendue_scene::{Limits, SourceMap, keyframes};
 
 fn folder(extra: &str) -> Folder {
     let folder = Folder::new();
-    let ball = "[[objects]]\nname = \"ball\"\nshape = \"sphere\"\nradius = 0.1\ntransform = { translate = [0, 3, 0] }\nbody = { restitution = 0.5 }\n\
+    let ball = "[[objects]]\nname = \"ball\"\nshape = \"sphere\"\nradius = 0.1\ntransform = { translate = [0, 3, 0] }\nbody = { restitution = 0.5, angular_velocity = [70, 80, 90] }\n\
                 [[objects]]\nname = \"floor\"\nshape = \"box\"\nmin = [-3, -4, -3]\nmax = [3, -3, 3]\nbody = \"fixed\"\n";
     folder.put("scene.toml", format!("{SCENE}\n{ball}{extra}"));
     folder
@@ -29,11 +29,14 @@ fn motion_is_written_and_reads_back() {
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["hash"], summary["hash"]);
     assert_eq!(recording.times.unwrap().len(), 241);
-    let positions = json["objects"][0]["positions"].as_array().unwrap();
-    for (pose, position) in recording.objects[0].poses.iter().zip(positions) {
-        let read = pose.translation.to_array().map(f64::to_bits);
-        let written: Vec<u64> = position.as_array().unwrap().iter().map(|x| x.as_f64().unwrap().to_bits()).collect();
-        assert_eq!(read[..], written[..]);
+    let bits = |value: &serde_json::Value| -> Vec<u64> {
+        value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap().to_bits()).collect()
+    };
+    let (object, ball) = (&json["objects"][0], &recording.objects[0]);
+    assert_eq!(bits(&object["pivot"])[..], ball.pivot.unwrap().to_array().map(f64::to_bits));
+    for (step, pose) in ball.poses.iter().enumerate() {
+        assert_eq!(bits(&object["positions"][step])[..], pose.translation.to_array().map(f64::to_bits), "{step}");
+        assert_eq!(bits(&object["rotations"][step])[..], pose.rotation.to_array().map(f64::to_bits), "{step}");
     }
     let steps = folder.run("simulate scene.toml -o m.json --duration 1 --step 0.01 --json").with_code(0).stdout;
     let summary: serde_json::Value = serde_json::from_str(&steps).unwrap();

@@ -282,20 +282,11 @@ fn keyframes_that_do_not_fit() {
     let json = |text: &str| ("m.json", text.as_bytes().to_vec());
     let good = motion_json("[0, 1]", "ball", two, STILL);
     for (file, part) in [
-        (
-            json(&motion_json("[1, 1]", "ball", two, STILL)),
-            "error: times must be ascending, but 1 follows 1",
-        ),
+        (json(&motion_json("[1, 1]", "ball", two, STILL)), "error: times must be ascending, but 1 follows 1"),
         (json(&motion_json("[]", "ball", two, STILL)), "there are no times"),
-        (
-            json(&motion_json("[0, 1, 2]", "ball", two, STILL)),
-            "error: `ball` has 2 positions, but there are 3 times",
-        ),
+        (json(&motion_json("[0, 1, 2]", "ball", two, STILL)), "error: `ball` has 2 positions, but there are 3 times"),
         (json(&motion_json("[0, 1]", "ball", two, "[[0,0,0,1]]")), "`ball` has 1 rotations"),
-        (
-            json(&motion_json("[0, 1]", "ball", two, "[[0,0,0,1],[0,0,0,0]]")),
-            "error: a rotation is a unit quaternion",
-        ),
+        (json(&motion_json("[0, 1]", "ball", two, "[[0,0,0,1],[0,0,0,0]]")), "error: a rotation is a unit quaternion"),
         (json(&motion_json("[0, 1]", "ball", "[[0,0,0],[1e999,0,0]]", STILL)), "m.json:3"),
         (json(&motion_json("[0, 1]", "ball", "[[0,0,0],[NaN,0,0]]", STILL)), "m.json:3"),
         (json(&motion_json("[0, 1]", "ball", "[[0,0,0],[1e300,0,0]]", STILL)), "too far away"),
@@ -319,7 +310,6 @@ fn keyframes_that_do_not_fit() {
     for (keyframes, part) in [
         ("objects = [\"ball\", \"cube\"]", "the file has poses of 1 objects, `objects` names 2"),
         ("times = [0]", "the file has 2 rows of poses, `times` has 1"),
-        ("start = 1e9, fps = 1e7", "closer in time than numbers can tell"),
     ] {
         let text = format!("{CAMERA}animation = {{ keyframes = {{ file = \"m.json\", {keyframes} }} }}\n{TWO}");
         let error = folder.timeline(&text).unwrap_err();

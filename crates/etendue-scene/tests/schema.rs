@@ -185,9 +185,14 @@ fn mistakes_are_found() {
     }
 }
 
+/// The key that says of which type a table is.
+fn picker(section: &Section) -> &'static str {
+    ["kind", "shape"].into_iter().find(|key| section.key(key).is_some()).unwrap_or("type")
+}
+
 /// A scene with one key of a section, of one of its types.
 fn scene(section: &Section, key: &Key, of_type: Option<&str>, value: &str) -> String {
-    let picker = if section.key("shape").is_some() { "shape" } else { "type" };
+    let picker = picker(section);
     let line = |between: &str| match of_type.filter(|_| key.name != picker) {
         Some(name) => format!("{picker} = \"{name}\"{between}{} = {value}", key.name),
         None => format!("{} = {value}", key.name),
@@ -205,6 +210,8 @@ fn scene(section: &Section, key: &Key, of_type: Option<&str>, value: &str) -> St
         "a textured parameter" => format!("[materials.m]\ntype = \"glass\"\nior = {{ {inline} }}"),
         "normal_map" => format!("[materials.m]\ntype = \"glass\"\nnormal_map = {{ {inline} }}"),
         "simplify" => format!("[meshes.m]\nfile = \"a.obj\"\nsimplify = {{ {inline} }}"),
+        "body" => format!("[[objects]]\nshape = \"sphere\"\nbody = {{ {inline} }}"),
+        "motor" => format!("[[joints]]\ntype = \"hinge\"\nmotor = {{ {inline} }}"),
         "keyframes" => format!("[animation]\nkeyframes = {{ {inline} }}"),
         "motion" => format!("[[objects]]\nshape = \"sphere\"\nmotion = {{ {inline} }}"),
         "a value with keys" => format!("[camera]\nfov = {{ {inline} }}"),
@@ -223,7 +230,7 @@ fn messages(text: &str) -> Vec<(String, String)> {
 /// Each key with the types that use it; with none where its table has no types.
 fn keys() -> impl Iterator<Item = (&'static Section, &'static Key, Vec<Option<&'static str>>)> {
     SECTIONS[1..].iter().flat_map(|section| {
-        let picker = if section.key("shape").is_some() { "shape" } else { "type" };
+        let picker = picker(section);
         let of_section = match kind(section.name, picker) {
             Some(Kind::Choice(names)) => names.into_iter().map(Some).collect(),
             _ => vec![None],

@@ -324,7 +324,9 @@ impl Session<'_> {
             self.view.finish_frame();
             return Ok(Some(Frame { frame, time, film_hash, outputs, labels: Vec::new(), resumed: true }));
         }
+        self.seconds.build += clock.elapsed().as_secs_f64();
         let labels = self.label(job, at, frame, &stamp)?;
+        let clock = Instant::now();
         if *at != frame {
             self.loaded.advance(job, moment)?;
             *at = frame;

@@ -125,7 +125,7 @@ impl<'de> Deserialize<'de> for Rotation {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let rotation = DQuat::from_array(<[f64; 4]>::deserialize(from)?);
         let length = rotation.length();
-        if !((length - 1.0).abs() < 1e-2) {
+        if (length - 1.0).abs() > 1e-2 {
             return Err(D::Error::custom(format!(
                 "a rotation is a unit quaternion [x, y, z, w], but this has length {length}"
             )));
