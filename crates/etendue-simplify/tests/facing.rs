@@ -43,7 +43,7 @@ fn facing(original: &Mesh, mesh: &Mesh) -> (f64, usize) {
         found.iter().map(there).fold(f64::INFINITY, f64::min)
     };
     let cosines: Vec<f64> = found.chunks(weights.len()).enumerate().map(of_face).collect();
-    (cosines.iter().copied().fold(f64::INFINITY, f64::min), cosines.iter().filter(|cosine| !(**cosine > 0.0)).count())
+    (cosines.iter().copied().fold(f64::INFINITY, f64::min), cosines.iter().filter(|c| c.is_nan() || **c <= 0.0).count())
 }
 
 #[test]
