@@ -49,7 +49,7 @@ pub struct Recorded {
     pub pivot: Option<DVec3>,
 }
 
-/// Reads a file of poses: `.json` as [`etendue simulate`](json) writes it, or `.npy`, an array `poses[T, N, 4, 4]`.
+/// Reads a file of poses: `.json` as `etendue simulate` writes it, or `.npy`, an array `poses[T, N, 4, 4]`.
 ///
 /// # Errors
 /// Each with its place.
