@@ -57,17 +57,18 @@ fn compare(kind: &str, mesh: &TriangleMesh, rounds: usize) {
         }
     }
     let (bounces, segments) = rays(&contestants[0].2);
-    let mut times = vec![[const { Vec::new() }; 2]; contestants.len()];
+    let mut times = vec![[const { Vec::new() }; 3]; contestants.len()];
     for _ in 0..rounds {
         for ((_, _, accelerator), times) in contestants.iter().zip(&mut times) {
             times[0].push(closest(accelerator, &bounces));
             times[1].push(any(accelerator, &segments));
+            times[2].push(alone(accelerator, &bounces));
         }
     }
-    println!("{name}: closest, any");
+    println!("{name}: closest, any, closest one a call");
     for ((label, isa, _), times) in contestants.iter().zip(times) {
-        let [closest, any] = times.map(|times| times.into_iter().fold(f64::INFINITY, f64::min));
-        println!("{label:>10} {isa:>9} {closest:8.1} {any:8.1}");
+        let [closest, any, alone] = times.map(|times| times.into_iter().fold(f64::INFINITY, f64::min));
+        println!("{label:>10} {isa:>9} {closest:8.1} {any:8.1} {alone:8.1}");
     }
 }
 
@@ -80,6 +81,16 @@ fn closest(accelerator: &Accelerator, rays: &[Ray]) -> f64 {
     timed(rays, |slice| {
         accelerator.closest_hits(slice, &mut hits[..slice.len()]);
         std::hint::black_box(&hits);
+    })
+}
+
+fn alone(accelerator: &Accelerator, rays: &[Ray]) -> f64 {
+    let mut hit = [Hit::MISS];
+    timed(rays, |slice| {
+        for ray in slice {
+            accelerator.closest_hits(std::slice::from_ref(ray), &mut hit);
+            std::hint::black_box(&hit);
+        }
     })
 }
 

@@ -86,7 +86,7 @@ pub struct Stats {
 enum Structure {
     Brute,
     KdTree(KdTree),
-    Bvh(Bvh),
+    Bvh(Box<Bvh>),
     /// Instead of a tree that would be no faster.
     Flat(Flat),
 }
@@ -176,7 +176,7 @@ impl Accelerator {
                 }
                 let bvh = Bvh::build(world, isa.usable())?;
                 let bounds = bvh.bounds();
-                (Structure::Bvh(bvh), bounds)
+                (Structure::Bvh(Box::new(bvh)), bounds)
             }
         })
     }

@@ -428,6 +428,44 @@ fn dense_soup() {
     check("dense soup", &world);
 }
 
+/// Walls that are tested apart from what is in the room: in meshes of their own, some of them seen by some rays only, twice at the
+/// same place, among the faces of others, and beside instances and spheres.
+#[test]
+fn rooms() {
+    let mut rng = Rng(21);
+    let walls = mapped(&subdivided_box(1), |p| [2.0 * p[0], p[1], 3.0 * p[2]]);
+    let things = mapped(&ball(3), |p| add(scale(p, 0.3), [0.2, -0.3, 0.4]));
+    // Every seventh face is one of the walls.
+    let mut positions = things.positions.to_vec();
+    let first = positions.len() as u32;
+    positions.extend_from_slice(&walls.positions);
+    let mut indices = things.indices.to_vec();
+    for (place, face) in walls.indices.iter().enumerate() {
+        indices.insert(7 * place + 3, face.map(|i| first + i));
+    }
+    let mixed = triangles(&mesh(positions, indices));
+    let masked = |geometry| Instance { mask: 2, ..plain(geometry) };
+    let balls = spheres((0..20).map(|_| Sphere { center: rng.point(0.8), radius: 0.1 }).collect());
+    let (walls, things) = (triangles(&walls), triangles(&things));
+    let turned = placed(1, rng.linear().map(|row| scale(row, 0.3)), [-0.5, 0.2, 1.0]);
+    for (index, (geometries, instances)) in [
+        (vec![walls.clone(), things.clone()], vec![plain(0), plain(1)]),
+        (vec![walls.clone(), things.clone()], vec![plain(1), masked(0), plain(0)]),
+        (vec![mixed], vec![plain(0)]),
+        (vec![walls.clone(), things.clone(), balls], vec![plain(2), turned, plain(1), plain(0)]),
+        (
+            vec![walls, things],
+            vec![plain(1), placed(0, [[0.9, 0.0, 0.0], [0.0, 0.9, 0.0], [0.0, 0.0, 0.9]], [0.0; 3]), plain(0)],
+        ),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let found = compare("rooms", &World { geometries, instances }, ray_count() / 4, index as u64);
+        assert!(found > ray_count() / 40, "{index}: {found}");
+    }
+}
+
 /// So few that there is no tree: every kind of primitive, masks, coincident and degenerate faces.
 #[test]
 fn few_primitives() {

@@ -18,9 +18,12 @@ fn world(rng: &mut Rng, still: usize, moving: usize) -> World {
         triangles(&subdivided_box(2)),
         spheres(vec![Sphere { center: [0.5; 3], radius: 0.5 }]),
         Geometry::Spheres([].into()),
+        // The ground, which covers all the rest.
+        triangles(&mapped(&subdivided_box(1), |[x, y, z]| [300.0 * x, 300.0 * y, 0.1 * z])),
     ];
     let mut instances = vec![plain(0), plain(2)];
     instances.extend((0..moving).map(|i| Instance { mask: [1, 3][i % 2], ..placed(1 + i as u32 % 3, UNIT, [0.0; 3]) }));
+    instances.push(plain(4));
     World { geometries, instances }
 }
 

@@ -107,8 +107,13 @@ impl Beam {
 
 /// In plain code: see [`crate::simd::Simd::beam_children`].
 #[inline(always)]
-pub(crate) fn children(node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize {
-    let order = node.order[beam.octant as usize & 7];
+pub(crate) fn children<const ANY: bool>(
+    node: &Node,
+    beam: &Beam,
+    enters: &mut [Lanes; WIDTH],
+    words: &mut [u32; WIDTH],
+) -> usize {
+    let order = node.order_of::<ANY>(beam.octant);
     let mut used = 0;
     for i in 0..WIDTH {
         let child = (order >> (3 * i) & 7) as usize;

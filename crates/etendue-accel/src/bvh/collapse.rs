@@ -116,7 +116,7 @@ struct Plan<'a> {
 }
 
 impl Arrays {
-    /// Adds a level over items, which it reorders; so many of the first are set apart, unless these are all.
+    /// Adds a level over items, which it reorders; so many of the first, not all, are set apart.
     pub fn add(
         &mut self,
         items: &mut [Item],
@@ -128,7 +128,6 @@ impl Arrays {
         if items.is_empty() {
             return Ok(Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0, others: None });
         }
-        let apart = if apart < items.len() { apart } else { 0 };
         let tree = build::build(items, source, apart)?;
         let mut plan =
             Plan { tree: &tree, items, source, arrays: self, drafts: Vec::new(), packs: Vec::new(), depth: 0 };
@@ -262,7 +261,9 @@ impl Draft {
         for (i, child) in children.iter_mut().enumerate().take(self.count) {
             *child = (tree[self.children[i] as usize].bounds, self.words[i]);
         }
-        Node::new(&children[..self.count])
+        let children = &mut children[..self.count];
+        children.sort_by(|a, b| a.0.half_area().total_cmp(&b.0.half_area()));
+        Node::new(children)
     }
 }
 

@@ -6,11 +6,10 @@
 use rayon::prelude::*;
 
 use super::Bvh;
-use super::node::WIDTH;
+use super::node::Child;
 use super::traverse::Scene;
 use crate::bounds::Bounds;
-use crate::error::BuildError;
-use crate::flat::{self, Box16, Flat, Flight};
+use crate::flat::{self, Beyond, Flat, Flight};
 use crate::geometry::World;
 use crate::isa::Isa;
 use crate::items::{Item, ItemKind, bounds_of};
@@ -31,8 +30,8 @@ const LEAST_OF_ALL: f64 = 0.25;
 #[derive(Debug)]
 pub(super) struct Large {
     pub flat: Flat,
-    /// Around everything else.
-    pub bounds: Bounds,
+    /// Around everything else: the boxes of the topmost node of the others, or one.
+    pub boxes: Vec<Bounds>,
 }
 
 /// Moves large triangles to the front, if that is worth while; how many.
@@ -71,14 +70,6 @@ pub(super) fn choose(items: &mut [Item], world: &World, isa: Isa) -> usize {
 /// Items that a thread looks at in one go.
 const CHUNK: usize = 1 << 14;
 
-impl Large {
-    /// Of items of which so many have been moved to the front, and some others are left.
-    pub fn new(world: &World, items: &[Item], count: usize) -> Result<Self, BuildError> {
-        let (large, others) = items.split_at(count);
-        Ok(Self { flat: Flat::of_triangles(world, large)?, bounds: bounds_of(others) })
-    }
-}
-
 /// What is left of rays that have met the large triangles.
 #[derive(Debug, Default)]
 pub(super) struct Remains {
@@ -101,7 +92,7 @@ impl Remains {
         let Self { rays: remaining, found } = self;
         remaining.clear();
         found.clear();
-        let beyond = Some(Box16 { bounds: large.bounds, padding: scene.bvh.top.padding });
+        let beyond = Some(Beyond { boxes: &large.boxes, padding: scene.bvh.top.padding });
         let finish = |index: usize, hit: Hit, enters: bool| {
             if !enters || ANY && hit.is_hit() {
                 finish(index, hit);
@@ -126,11 +117,63 @@ impl Remains {
 }
 
 impl Bvh {
-    /// The box around all but the large triangles, after the boxes of the tree have changed.
-    pub(super) fn bounds_of_others(&self) -> Option<Bounds> {
-        self.top.others?;
-        let root = self.arrays.nodes.get(self.top_start.nodes)?;
-        let row = |row: usize| root.rows[row][1 % WIDTH];
-        Some(Bounds { min: [row(0), row(2), row(4)], max: [row(1), row(3), row(5)] })
+    /// The boxes around all but the large triangles, as they are in the tree.
+    pub(super) fn boxes_of_others(&self) -> Vec<Bounds> {
+        match (self.top.others.map(Child::of), self.arrays.nodes.get(self.top_start.nodes)) {
+            (Some(Child::Node(index)), _) => self.node(index).used().map(|(bounds, _)| bounds).collect(),
+            (Some(leaf), Some(root)) => {
+                root.used().filter(|(_, word)| *word == leaf.word()).map(|(bounds, _)| bounds).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::items;
+    use crate::{Geometry, Instance, Place, PrimitiveId, TriangleMesh};
+
+    fn mesh(triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Geometry {
+        let positions: Vec<[f32; 3]> = triangles.flatten().collect();
+        let indices: Vec<[u32; 3]> = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        Geometry::Triangles(TriangleMesh { positions: positions.into(), indices: indices.into() })
+    }
+
+    /// So many triangles, a little above one another.
+    fn stack(count: usize, size: f32) -> Geometry {
+        mesh((0..count).map(|i| {
+            let z = i as f32 / count as f32;
+            [[0.0, 0.0, z], [size, 0.0, z], [0.0, size, z]]
+        }))
+    }
+
+    fn chosen(geometries: Vec<Geometry>) -> Vec<PrimitiveId> {
+        let instances =
+            (0..geometries.len() as u32).map(|geometry| Instance { geometry, place: Place::World, mask: 1 });
+        let world = World { instances: instances.collect(), geometries };
+        let mut items = items::of_top(&world, &items::object_bounds(&world)).unwrap();
+        let before = items.len();
+        let count = choose(&mut items, &world, Isa::Avx512);
+        let mut all: Vec<PrimitiveId> = items.iter().map(Item::id).collect();
+        let mut first = all[..count].to_vec();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), before, "each is there once");
+        first.sort_unstable();
+        first
+    }
+
+    #[test]
+    fn walls_are_chosen_and_crowds_are_not() {
+        let ids = |instance, count| (0..count).map(|primitive| PrimitiveId { instance, primitive }).collect::<Vec<_>>();
+        assert_eq!(chosen(vec![stack(1000, 0.1), stack(2, 10.0), stack(3, 9.0)]), [ids(1, 2), ids(2, 3)].concat());
+        // The largest where there are many that are rather large.
+        assert_eq!(chosen(vec![stack(200, 3.0), stack(8, 10.0)]), ids(1, 8));
+        // None where all are.
+        assert_eq!(chosen(vec![stack(5000, 10.0)]), []);
+        // None where small ones have most of the area.
+        assert_eq!(chosen(vec![stack(100_000, 0.3), stack(4, 10.0)]), []);
     }
 }

@@ -12,6 +12,7 @@ mod traverse;
 
 use crate::bounds::Bounds;
 use crate::error::BuildError;
+use crate::flat::Flat;
 use crate::geometry::World;
 use crate::isa::Isa;
 use crate::items::{self, Item};
@@ -65,8 +66,10 @@ impl Bvh {
     /// Builds the top behind the other levels.
     fn add_top(&mut self, mut items: Vec<Item>, world: &World, padding: Padding) -> Result<(), BuildError> {
         let apart = large::choose(&mut items, world, self.isa);
-        self.large = (0 < apart && apart < items.len()).then(|| Large::new(world, &items, apart)).transpose()?;
+        let apart = if apart < items.len() { apart } else { 0 };
+        let flat = (apart > 0).then(|| Flat::of_triangles(world, &items[..apart])).transpose()?;
         self.top = self.arrays.add(&mut items, Source::Top(world), padding, apart)?;
+        self.large = flat.map(|flat| Large { flat, boxes: self.boxes_of_others() });
         // Each node on the way replaces one entry by at most eight; a level has one at its bottom; vectors are stored whole.
         self.stack_len = (node::WIDTH - 1) * self.depth() + 3 + STACK_ROOM;
         self.cached = self.arrays.bytes() <= traverse::CACHED_BYTES;

@@ -46,7 +46,13 @@ pub(crate) fn near_rows_of(octant: u32) -> [usize; 3] {
 }
 
 impl Node {
-    /// A node with these children in this order, at most eight.
+    /// In which order children are visited, see [`Self::order`]: where any hit will do, the last first.
+    #[inline(always)]
+    pub fn order_of<const ANY: bool>(&self, octant: u32) -> u32 {
+        if ANY { 0o7654_3210 } else { self.order[octant as usize & 7] }
+    }
+
+    /// A node with these children in this order, at most eight: those last in which rays are most likely to hit something.
     pub fn new(children: &[(Bounds, u32)]) -> Self {
         let mut node = Self { rows: [[0.0; WIDTH]; 6], children: [0; WIDTH], order: [0; 8] };
         for i in 0..WIDTH {

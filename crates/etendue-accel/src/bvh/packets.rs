@@ -198,7 +198,7 @@ fn trace<S: Simd, const ANY: bool>(
         let rooms = (stack.enters[top..].first_chunk_mut(), stack.words[top..].first_chunk_mut());
         let (Some(enters), Some(words)) = rooms else { continue };
         let _: (&[Lanes; WIDTH], &[u32; WIDTH]) = (enters, words);
-        let count = simd.beam_children(&scene.bvh.arrays.nodes[word as usize], beam, enters, words);
+        let count = simd.beam_children::<ANY>(&scene.bvh.arrays.nodes[word as usize], beam, enters, words);
         if !scene.bvh.cached {
             words.iter().take(count).for_each(|&word| places.prefetch(simd, word));
         }

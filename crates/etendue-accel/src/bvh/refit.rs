@@ -52,9 +52,9 @@ impl Bvh {
         if let Some(root) = nodes.get(self.top_start.nodes) {
             self.top.bounds = root.bounds();
         }
-        let others = self.bounds_of_others();
-        if let (Some(large), Some(bounds)) = (&mut self.large, others) {
-            large.bounds = bounds;
+        let boxes = self.boxes_of_others();
+        if let Some(large) = &mut self.large {
+            large.boxes = boxes;
         }
     }
 
@@ -67,7 +67,7 @@ impl Bvh {
 
 impl Node {
     /// The children that there are: boxes and words.
-    fn used(&self) -> impl Iterator<Item = (Bounds, u32)> {
+    pub(super) fn used(&self) -> impl Iterator<Item = (Bounds, u32)> {
         let row = |row: usize, i: usize| self.rows[row][i];
         (0..WIDTH)
             .map(move |i| {

@@ -169,7 +169,7 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
             }
         }
         while lists.nodes.len + lists.packs.len + lists.ready.len + lists.rest.len > 0 {
-            lists = rounds.nodes(simd, lists);
+            lists = rounds.nodes::<S, ANY>(simd, lists);
             lists = rounds.packs::<S, ANY>(simd, lists);
             lists = rounds.rest::<S, ANY>(simd, lists);
         }
@@ -201,12 +201,13 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
     }
 
     #[inline(always)]
-    fn nodes<S: Simd>(&mut self, simd: S, mut lists: Lists) -> Lists {
+    fn nodes<S: Simd, const ANY: bool>(&mut self, simd: S, mut lists: Lists) -> Lists {
         let list = std::mem::replace(&mut lists.nodes, List::EMPTY);
         for i in 0..list.len {
             let place = list.get(i);
             let (slot, stacks) = (&mut self.slots[place], &mut *self.stacks);
-            slot.top += self.scene.children(simd, slot.word, &slot.local.slab, &slot.search, slot.top, stacks);
+            let (word, top) = (slot.word, slot.top);
+            slot.top += self.scene.children::<S, ANY>(simd, word, &slot.local.slab, &slot.search, top, stacks);
             slot.pop(stacks);
             lists.file(simd, &self.places, place, slot.word);
         }

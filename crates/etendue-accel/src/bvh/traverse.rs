@@ -228,7 +228,7 @@ impl Scene<'_> {
             let here = local;
             loop {
                 while Child::is_node(word) {
-                    len = len + self.children(simd, word, &here.slab, &search, len, stacks) - 1;
+                    len = len + self.children::<S, ANY>(simd, word, &here.slab, &search, len, stacks) - 1;
                     word = stacks.word(len);
                     if !self.bvh.cached {
                         places.prefetch(simd, stacks.word(len.saturating_sub(1)));
@@ -268,7 +268,7 @@ impl Scene<'_> {
 
     /// Tests a node's children and puts those that are entered at a place of the stack, the nearest last; how many.
     #[inline(always)]
-    pub fn children<S: Simd>(
+    pub fn children<S: Simd, const ANY: bool>(
         &self,
         simd: S,
         word: u32,
@@ -280,7 +280,8 @@ impl Scene<'_> {
         let rooms = (stacks.entries[place..].first_chunk_mut(), stacks.words[place..].first_chunk_mut());
         let (Some(entries), Some(words)) = rooms else { return 0 };
         let _: (&[f32; WIDTH], &[u32; WIDTH]) = (entries, words);
-        simd.children(&self.bvh.arrays.nodes[word as usize], slab, (search.t_min, search.best.t), entries, words)
+        let range = (search.t_min, search.best.t);
+        simd.children::<ANY>(&self.bvh.arrays.nodes[word as usize], slab, range, entries, words)
     }
 
     /// Tests what is in a leaf other than an instance. True if anything better is hit.

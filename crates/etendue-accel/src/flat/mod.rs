@@ -20,7 +20,7 @@ use crate::ray::PrimitiveId;
 use crate::source::Source;
 
 pub(crate) use scan::{Group, LANES, Pairs, scan};
-pub(crate) use trace::{Box16, Flight, Trace};
+pub(crate) use trace::{Beyond, Flight, Trace};
 
 /// Most triangles of a flat world, with any instruction set.
 pub(crate) const LIMIT: usize = 192;

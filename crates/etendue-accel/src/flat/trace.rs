@@ -30,19 +30,19 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
     }
 }
 
-/// A box for sixteen rays at once, with its padding.
+/// What lies beyond a list: boxes, and their padding.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Box16 {
-    pub bounds: Bounds,
+pub(crate) struct Beyond<'a> {
+    pub boxes: &'a [Bounds],
     pub padding: Padding,
 }
 
 /// Searches a list of primitives for a slice of rays. `finish` gets the index of each ray, what was found, and whether the ray
-/// enters the box beyond the list, if there is one, before that.
+/// enters one of the boxes beyond the list before that.
 pub(crate) struct Flight<'a, F, const ANY: bool> {
     pub flat: &'a Flat,
     pub rays: &'a [Ray],
-    pub beyond: Option<Box16>,
+    pub beyond: Option<Beyond<'a>>,
     pub finish: F,
 }
 
@@ -83,7 +83,7 @@ impl<F: FnMut(usize, Hit, bool), const ANY: bool> Flight<'_, F, ANY> {
             let mut best = Best::new(&group);
             settle::<AXIS>(&self.flat.triangles, &group, pairs.used(), &mut best);
             sphere::spheres::<AXIS>(&self.flat.spheres, &group, &mut best);
-            let enter = self.beyond.as_ref().map_or(0, |beyond| enter::<AXIS>(beyond, &group, best.ends()));
+            let enter = self.beyond.map_or(0, |beyond| enter::<AXIS>(beyond, &group, best.ends()));
             for (lane, &index) in indices.iter().enumerate() {
                 let (order, mut hit) = best.hit(lane);
                 hit.id = match order.checked_sub(1) {
@@ -119,28 +119,42 @@ impl<F: FnMut(usize, Hit, bool), const ANY: bool> Flight<'_, F, ANY> {
     }
 }
 
-/// A bit for every ray of a group that enters the padded box in its range, which ends at `ends`: the test of
+/// A bit for every ray of a group that enters one of the padded boxes in its range, which ends at `ends`: the test of
 /// [`crate::padding::SlabRay`].
 #[inline(always)]
-fn enter<const AXIS: usize>(beyond: &Box16, rays: &Group, ends: &[f32; LANES]) -> u32 {
+fn enter<const AXIS: usize>(beyond: Beyond<'_>, rays: &Group, ends: &[f32; LANES]) -> u32 {
     let mut pad = [0.0_f32; LANES];
-    for i in 0..LANES {
+    for (i, pad) in pad.iter_mut().enumerate() {
         let reach = greatest(greatest(rays.origin[0][i].abs(), rays.origin[1][i].abs()), rays.origin[2][i].abs());
-        pad[i] = beyond.padding.at(reach);
+        *pad = beyond.padding.at(reach);
     }
-    let (mut enter, mut exit) = (rays.t_min, *ends);
+    let zero = [[0.0_f32; LANES]; 3];
+    let (mut rate, mut near, mut far) = (zero, zero, zero);
     for place in 0..3 {
-        let axis = (AXIS + 1 + place) % 3;
-        let (low, high) = (beyond.bounds.min[axis], beyond.bounds.max[axis]);
         for i in 0..LANES {
             let (o, d, z) = (rays.origin[place][i], rays.direction[place][i], rays.direction[2][i]);
-            let rate = 1.0 / greatest(d.abs(), z.abs() * FLATTEST).copysign(d);
             let forward = pad[i].copysign(d);
-            let backward = d.is_sign_negative();
-            let (near, far) = (if backward { high } else { low }, if backward { low } else { high });
-            enter[i] = greatest(near * rate - (o + forward) * rate, enter[i]);
-            exit[i] = least(far * rate - (o - forward) * rate, exit[i]);
+            rate[place][i] = 1.0 / greatest(d.abs(), z.abs() * FLATTEST).copysign(d);
+            near[place][i] = (o + forward) * rate[place][i];
+            far[place][i] = (o - forward) * rate[place][i];
         }
     }
-    (0..LANES).map(|i| u32::from(enter[i] <= exit[i]) << i).sum()
+    let mut entered = [0_u32; LANES];
+    for bounds in beyond.boxes {
+        let (mut enter, mut exit) = (rays.t_min, *ends);
+        for place in 0..3 {
+            let axis = (AXIS + 1 + place) % 3;
+            let (low, high) = (bounds.min[axis], bounds.max[axis]);
+            for i in 0..LANES {
+                let backward = rate[place][i] < 0.0;
+                let (first, last) = (if backward { high } else { low }, if backward { low } else { high });
+                enter[i] = greatest(first * rate[place][i] - near[place][i], enter[i]);
+                exit[i] = least(last * rate[place][i] - far[place][i], exit[i]);
+            }
+        }
+        for i in 0..LANES {
+            entered[i] |= u32::from(enter[i] <= exit[i]);
+        }
+    }
+    entered.iter().enumerate().map(|(i, bit)| bit << i).sum()
 }

@@ -17,9 +17,9 @@ mod x86_scan;
 
 /// An instruction set at work. Values of the types for optional sets exist only where the processor has them.
 pub(crate) trait Simd: Copy {
-    /// The children whose padded boxes the ray enters within the range, the nearest last: their entry distances and words,
-    /// and how many there are.
-    fn children(
+    /// The children whose padded boxes the ray enters within the range, the nearest last; with `ANY` in the order of
+    /// [`Node::order_of`]. Their entry distances and words, and how many there are.
+    fn children<const ANY: bool>(
         self,
         node: &Node,
         ray: &SlabRay,
@@ -32,9 +32,15 @@ pub(crate) trait Simd: Copy {
     /// bits as there, so what is rejected here would be rejected there.
     fn candidates(self, pack: &Pack, ray: &LocalRay) -> u32;
 
-    /// The children whose padded boxes any ray of the beam enters, the nearest last: where the rays enter, NaN for those that
-    /// do not, and words; how many there are.
-    fn beam_children(self, node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize;
+    /// The children whose padded boxes any ray of the beam enters, in the order of [`Self::children`]: where the rays enter, NaN
+    /// for those that do not, and words; how many there are.
+    fn beam_children<const ANY: bool>(
+        self,
+        node: &Node,
+        beam: &Beam,
+        enters: &mut [Lanes; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> usize;
 
     /// A bit for every ray that enters a box at or before its bound.
     fn waiting(self, enters: &Lanes, bound: &Lanes) -> u32;
@@ -70,7 +76,7 @@ pub(crate) struct Portable;
 
 impl Simd for Portable {
     #[inline(always)]
-    fn children(
+    fn children<const ANY: bool>(
         self,
         node: &Node,
         ray: &SlabRay,
@@ -86,7 +92,7 @@ impl Simd for Portable {
                 exit[i] = least(last[i] * ray.rate[axis] - ray.far[axis], exit[i]);
             }
         }
-        let order = node.order[ray.octant as usize & 7];
+        let order = node.order_of::<ANY>(ray.octant);
         let mut used = 0;
         for i in 0..WIDTH {
             let child = (order >> (3 * i) & 7) as usize;
@@ -121,8 +127,14 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn beam_children(self, node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize {
-        beam::children(node, beam, enters, words)
+    fn beam_children<const ANY: bool>(
+        self,
+        node: &Node,
+        beam: &Beam,
+        enters: &mut [Lanes; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> usize {
+        beam::children::<ANY>(node, beam, enters, words)
     }
 
     #[inline(always)]

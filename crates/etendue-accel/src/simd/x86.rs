@@ -34,7 +34,7 @@ pub(crate) fn run_avx512<K: SimdKernel>(kernel: K) -> K::Output {
 
 impl Simd for Avx2 {
     #[inline(always)]
-    fn children(
+    fn children<const ANY: bool>(
         self,
         node: &Node,
         ray: &SlabRay,
@@ -43,7 +43,7 @@ impl Simd for Avx2 {
         words: &mut [u32; WIDTH],
     ) -> usize {
         // SAFETY: a value of type Avx2 exists only in code that `run_avx2` runs, so the processor has the features.
-        unsafe { children_avx2(node, ray, range, entries, words) }
+        unsafe { children_avx2::<ANY>(node, ray, range, entries, words) }
     }
 
     #[inline(always)]
@@ -53,8 +53,14 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn beam_children(self, node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize {
-        beam::children(node, beam, enters, words)
+    fn beam_children<const ANY: bool>(
+        self,
+        node: &Node,
+        beam: &Beam,
+        enters: &mut [Lanes; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> usize {
+        beam::children::<ANY>(node, beam, enters, words)
     }
 
     #[inline(always)]
@@ -92,7 +98,7 @@ impl Simd for Avx2 {
 
 impl Simd for Avx512 {
     #[inline(always)]
-    fn children(
+    fn children<const ANY: bool>(
         self,
         node: &Node,
         ray: &SlabRay,
@@ -101,7 +107,7 @@ impl Simd for Avx512 {
         words: &mut [u32; WIDTH],
     ) -> usize {
         // SAFETY: a value of type Avx512 exists only in code that `run_avx512` runs, so the processor has the features.
-        unsafe { children_avx512(node, ray, range, entries, words) }
+        unsafe { children_avx512::<ANY>(node, ray, range, entries, words) }
     }
 
     #[inline(always)]
@@ -111,9 +117,15 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn beam_children(self, node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize {
+    fn beam_children<const ANY: bool>(
+        self,
+        node: &Node,
+        beam: &Beam,
+        enters: &mut [Lanes; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> usize {
         // SAFETY: as above.
-        unsafe { beam_children(node, beam, enters, words) }
+        unsafe { beam_children::<ANY>(node, beam, enters, words) }
     }
 
     #[inline(always)]
@@ -202,7 +214,7 @@ unsafe fn order_of(node: &Node, ray: &SlabRay) -> __m256i {
 /// # Safety
 /// The processor has the features of [`Avx2`].
 #[inline(always)]
-unsafe fn children_avx2(
+unsafe fn children_avx2<const ANY: bool>(
     node: &Node,
     ray: &SlabRay,
     range: (f32, f32),
@@ -211,12 +223,15 @@ unsafe fn children_avx2(
 ) -> usize {
     // SAFETY: the caller says so; arrays hold eight elements, and loads and stores need no alignment.
     unsafe {
-        let (enter, exit) = intervals(node, ray, range);
-        let order = order_of(node, ray);
-        let enter = _mm256_permutevar8x32_ps(enter, order);
-        let exit = _mm256_permutevar8x32_ps(exit, order);
+        let (mut enter, mut exit) = intervals(node, ray, range);
+        let mut children = _mm256_loadu_si256(node.children.as_ptr().cast());
+        if !ANY {
+            let order = order_of(node, ray);
+            enter = _mm256_permutevar8x32_ps(enter, order);
+            exit = _mm256_permutevar8x32_ps(exit, order);
+            children = _mm256_permutevar8x32_epi32(children, order);
+        }
         let entered = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, exit)) as usize;
-        let children = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(node.children.as_ptr().cast()), order);
         let compress = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(COMPRESS[entered & 255] as i64));
         _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, compress));
         _mm256_storeu_si256(words.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(children, compress));
@@ -227,7 +242,7 @@ unsafe fn children_avx2(
 /// # Safety
 /// The processor has the features of [`Avx512`].
 #[inline(always)]
-unsafe fn children_avx512(
+unsafe fn children_avx512<const ANY: bool>(
     node: &Node,
     ray: &SlabRay,
     range: (f32, f32),
@@ -236,12 +251,15 @@ unsafe fn children_avx512(
 ) -> usize {
     // SAFETY: as in `children_avx2`.
     unsafe {
-        let (enter, exit) = intervals(node, ray, range);
-        let order = order_of(node, ray);
-        let enter = _mm256_permutexvar_ps(order, enter);
-        let exit = _mm256_permutexvar_ps(order, exit);
+        let (mut enter, mut exit) = intervals(node, ray, range);
+        let mut children = _mm256_loadu_si256(node.children.as_ptr().cast());
+        if !ANY {
+            let order = order_of(node, ray);
+            enter = _mm256_permutexvar_ps(order, enter);
+            exit = _mm256_permutexvar_ps(order, exit);
+            children = _mm256_permutexvar_epi32(order, children);
+        }
         let entered = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, exit);
-        let children = _mm256_permutexvar_epi32(order, _mm256_loadu_si256(node.children.as_ptr().cast()));
         _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_maskz_compress_ps(entered, enter));
         _mm256_storeu_si256(words.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(entered, children));
         entered.count_ones() as usize

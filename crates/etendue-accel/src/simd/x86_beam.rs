@@ -10,8 +10,13 @@ type Sheared = (__m512, __m512, __m512);
 
 #[inline]
 #[target_feature(enable = "avx512f,popcnt")]
-pub(super) fn beam_children(node: &Node, beam: &Beam, enters: &mut [Lanes; WIDTH], words: &mut [u32; WIDTH]) -> usize {
-    let order = node.order[beam.octant as usize & 7];
+pub(super) fn beam_children<const ANY: bool>(
+    node: &Node,
+    beam: &Beam,
+    enters: &mut [Lanes; WIDTH],
+    words: &mut [u32; WIDTH],
+) -> usize {
+    let order = node.order_of::<ANY>(beam.octant);
     let [x, y, z] = beam.rows.map(|row| [&node.rows[row % 6], &node.rows[(row ^ 1) % 6]]);
     let rate = [load(&beam.rate[0]), load(&beam.rate[1]), load(&beam.rate[2])];
     let near = [load(&beam.near[0]), load(&beam.near[1]), load(&beam.near[2])];
