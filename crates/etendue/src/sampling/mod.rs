@@ -2,7 +2,8 @@
 //! directions and choices.
 //!
 //! No number depends on the count of samples, on the size or crop of the image, or on what was drawn before: samples can be
-//! added later, a crop equals the crop of the whole, and one sample can be traced again alone. Samples with an even and
+//! added later, a crop equals the crop of the whole, and one sample can be traced again alone. Neighbouring pixels may share out their
+//! points, so that their errors cancel under a small blur; each pixel alone is as if they did not. Samples with an even and
 //! with an odd index are two halves with independent scrambling, from whose difference the error is known.
 
 mod cosine_power;

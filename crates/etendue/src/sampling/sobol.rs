@@ -1,6 +1,10 @@
 //! Owen-scrambled Sobol points, padded: every dimension has its own scrambled two-dimensional sequence, read in its own
 //! shuffled order (Burley, "Practical Hash-based Owen Scrambling", 2020). Any 2^m consecutive points that start at a
 //! multiple of 2^m are a (0, m, 2)-net in base 2; different dimensions are as good as independent.
+//!
+//! All pixels of a block share the scrambling, and each shifts the digits of its points by its place on a shuffled Z-shaped curve, so that
+//! the points of squares of pixels are well spread together, whatever the number of samples. What a pixel has by itself is as with
+//! a scrambling of its own.
 
 use super::hash::{GOLDEN, to_unit};
 use super::{Points, SampleKey};
@@ -41,7 +45,8 @@ pub(super) fn block_of([x, y]: [u32; 2]) -> ([u32; 2], u32) {
 }
 
 /// By what the digits of both coordinates are shifted for each bit of the place on the curve, the highest first: the first digit
-/// lowest. Found by a search for what has the least defects together with [`pascal`]: see the test of blocks.
+/// lowest. Found by a search for the least variance of means over squares of 2 x 2 to 16 x 16 pixels with 1 to 128 samples each, as
+/// gain coefficients have it (Owen 1997). Perfect nets for all of these at once, (0, m, 4)-nets, do not exist in base 2.
 const SHIFTS: [[u32; 2]; 2 * BLOCK_BITS as usize] = [
     [0x91c1, 0xb986],
     [0x676a, 0x74d8],
