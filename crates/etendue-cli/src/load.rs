@@ -277,6 +277,7 @@ impl Loaded {
             threads,
             max_depth: input.max_depth,
             splitting: input.splitting,
+            resampling: None,
             sampler: input.sampler,
             integrator: input.integrator,
             filter: input.filter,

@@ -7,9 +7,9 @@ use crate::{
     camera::{Camera, CameraError, CameraMotion, CameraSettings},
     film::{Film, PixelRect},
     integrator::{
-        Integrator, MAX_PARTS, Splitting, bodies_about,
+        Integrator, MAX_PARTS, Splitting, Worthwhile, bodies_about,
         wave::{Context, Counters, Wave},
-        worthwhile_parts,
+        worthwhile,
     },
     motion::Shutter,
     sampling::{Filter, FilterSampler, Sampler},
@@ -42,6 +42,9 @@ pub struct RenderSettings {
     /// Parts in which the path of a sample goes on from its first vertex that scatters into more than single directions, 1 to
     /// [`MAX_PARTS`]; absent: as many as some samples all over the picture say are worth their time.
     pub splitting: Option<u32>,
+    /// True if light samples where the camera looks, by mirrors and glass too, are each one of two candidates, by what they would
+    /// bring if nothing were in between; absent: if some samples all over the picture say that it is worth its time.
+    pub resampling: Option<bool>,
     /// Where random numbers come from.
     pub sampler: Sampler,
     /// What is estimated, and how.
@@ -66,6 +69,7 @@ impl Default for RenderSettings {
             threads: 1,
             max_depth: None,
             splitting: Some(1),
+            resampling: None,
             sampler: Sampler::Sobol,
             integrator: Integrator::Path,
             filter: Filter::default(),
@@ -192,10 +196,12 @@ pub fn render(
         wants_layers: film.has_layers(),
         wants_direct: film.has_direct(),
         transparent: film.is_transparent(),
+        resamples: false,
         splitting: Splitting { parts: 1, apart: false },
     };
-    context.splitting.parts =
-        settings.splitting.unwrap_or_else(|| worthwhile_parts(&context, film.resolution(), || control.is_cancelled()));
+    let Worthwhile { parts, resamples } = worthwhile(&context, film.resolution(), settings, || control.is_cancelled());
+    context.splitting.parts = parts;
+    context.resamples = resamples;
     let units = Units::new(film.area(), settings);
     control.total.fetch_add(film.area().pixels() as u64 * u64::from(settings.spp), Ordering::Relaxed);
     let next = AtomicU64::new(0);

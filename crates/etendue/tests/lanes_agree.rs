@@ -121,6 +121,7 @@ fn lanes_scatter_as_single_vertices_do() {
                 sampler,
                 max_depth: Some(9),
                 splitting: Some(if open { 1 } else { 2 }),
+                resampling: Some(open),
                 threads: 2,
                 ..RenderSettings::default()
             };

@@ -9,6 +9,7 @@ use etendue::{
     bsdf::PhongLobes,
     film::{Film, FilmSettings},
     image::ChannelData,
+    integrator::Integrator,
     material::{Material, Relief, Scattering},
     math::{DAffine3, DVec3, Vec3, dvec3},
     medium::Medium,
@@ -132,8 +133,9 @@ fn picture(foggy: bool, isa: Isa, settings: &RenderSettings) -> (Vec<u32>, u64) 
 #[test]
 fn every_kind_scatters_in_lanes_as_alone() {
     for integrator in SOLVERS {
-        let settings =
-            RenderSettings { spp: 6, integrator, max_depth: Some(9), threads: 2, ..RenderSettings::default() };
+        let resampling = Some(integrator != Integrator::LightSplit);
+        let settings = RenderSettings { spp: 6, integrator, resampling, threads: 2, ..RenderSettings::default() };
+        let settings = RenderSettings { max_depth: Some(9), ..settings };
         let one_by_one = picture(true, Isa::detect(), &settings);
         for isa in Isa::available() {
             for wave in [1, 90, 256] {

@@ -7,6 +7,7 @@ mod horizon;
 mod lanes;
 mod paths;
 mod pilot;
+mod resampling;
 mod shade;
 mod shadow;
 mod splitting;
@@ -15,7 +16,7 @@ mod volume;
 pub(crate) mod wave;
 
 pub(crate) use enclosure::bodies_about;
-pub(crate) use pilot::worthwhile_parts;
+pub(crate) use pilot::{Worthwhile, worthwhile};
 pub use splitting::MAX_PARTS;
 pub(crate) use splitting::Splitting;
 

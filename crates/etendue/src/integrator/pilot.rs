@@ -1,4 +1,5 @@
-//! How many parts a sample is worth being split into, from few samples all over the picture.
+//! How many parts a sample is worth being split into, and whether its light samples are worth being resampled, from few samples all
+//! over the picture.
 //!
 //! With c0 the cost of a sample before it is split and V0 the variance that comes of it, c and V those of a part, a picture in n parts a
 //! sample has r = (c0 + n c) / (c0 + c) times fewer samples in the same time than one of whole samples (Arvo and Kirk, "Particle
@@ -7,10 +8,11 @@
 //! rays, so that the choice is the same on every machine; it depends neither on crop, seed, nor number of samples.
 
 use super::{
-    MAX_PARTS, Splitting,
+    Integrator, MAX_PARTS, Splitting,
+    resampling::CANDIDATES,
     wave::{Context, Counters, Wave},
 };
-use crate::parallel;
+use crate::{parallel, render::RenderSettings};
 
 /// Pixels on a side.
 const SIDE: u32 = 32;
@@ -30,18 +32,60 @@ const TYPICAL: f64 = 32.0;
 /// More parts must bring the error below this times what fewer bring: finer steps in the number of samples have their worth too.
 const WORTH: f64 = 0.97;
 
+/// A candidate for a light sample costs so many rays, in about: among 10 lamps, 1,000 and 100,000.
+const COST: f64 = 0.6;
+/// Resampling must bring the error below this times what it is without: so few samples cannot tell better.
+const WORTH_RESAMPLING: f64 = 0.9;
+
 /// What parts share is not taken to be less than this times what they do not: so few samples cannot tell.
 const LEAST_SHARED: f64 = 0.01;
 
 /// Means of a pixel's two halves, over each of the parts, by colour.
 type Means = [[[f64; 3]; PARTS as usize]; 2];
 
-/// The number of parts, from 1 to [`MAX_PARTS`], with the least error for its time in a picture of `resolution` pixels.
-/// 1 once `is_cancelled`.
-pub(crate) fn worthwhile_parts(context: &Context, resolution: [u32; 2], is_cancelled: impl Fn() -> bool + Sync) -> u32 {
-    if !context.integrator.is_solver() || context.max_depth < 2 {
-        return 1;
+/// Choices that a scene is rendered with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Worthwhile {
+    /// Parts of a sample, from 1 to [`MAX_PARTS`].
+    pub parts: u32,
+    /// True if first vertices resample light.
+    pub resamples: bool,
+}
+
+/// The choices with the least error for their time in a picture of `resolution` pixels, but for those that `settings` make.
+/// Once `is_cancelled` they may be any.
+pub(crate) fn worthwhile(
+    context: &Context,
+    resolution: [u32; 2],
+    settings: &RenderSettings,
+    is_cancelled: impl Fn() -> bool + Sync,
+) -> Worthwhile {
+    let RenderSettings { splitting, resampling, .. } = *settings;
+    let is_path = context.integrator.is_solver() && context.max_depth >= 2;
+    let samples_light = is_path && context.integrator != Integrator::Brute;
+    // Few lights are chosen by what each may bring.
+    let is_open = resampling.is_none() && samples_light && context.scene.lights().has_clusters();
+    let plain = resampling.unwrap_or(false);
+    if !is_path || (splitting.is_some() && !is_open) {
+        return Worthwhile { parts: splitting.unwrap_or(1), resamples: plain };
     }
+    let look = |resamples: bool| {
+        let (rays, variance) = look(&Context { resamples, ..context.clone() }, resolution, &is_cancelled);
+        let more = if resamples { COST * f64::from(CANDIDATES - 1) } else { 0.0 };
+        best(Costs { before: 1.0, after: (rays - 1.0) / f64::from(PARTS) + more }, &variance, splitting)
+    };
+    let (error, parts) = look(plain);
+    if is_open {
+        let (resampled_error, parts) = look(true);
+        if resampled_error < error * WORTH_RESAMPLING {
+            return Worthwhile { parts, resamples: true };
+        }
+    }
+    Worthwhile { parts, resamples: plain }
+}
+
+/// Rays a sample, and variances, all over the picture.
+fn look(context: &Context, resolution: [u32; 2], is_cancelled: &(impl Fn() -> bool + Sync)) -> (f64, Variance) {
     let splitting = Splitting { parts: PARTS, apart: true };
     let context = Context { seed: SEED, splitting, wants_layers: false, wants_direct: false, ..context.clone() };
     let [across, down] = resolution.map(middles);
@@ -55,9 +99,7 @@ pub(crate) fn worthwhile_parts(context: &Context, resolution: [u32; 2], is_cance
         variance.own += row.own;
         (rays, paths) = (rays + counters.rays, paths + counters.paths);
     }
-    let before = 1.0;
-    let after = (rays as f64 / paths.max(1) as f64 - before) / f64::from(PARTS);
-    best(before, after, &variance)
+    (rays as f64 / paths.max(1) as f64, variance)
 }
 
 /// The variances in the pixels of a row at these columns, in order, and what they took.
@@ -117,22 +159,32 @@ impl Variance {
     }
 }
 
-/// The number of parts with the least variance in the same time, a power of two.
-fn best(before: f64, after: f64, variance: &Variance) -> u32 {
+/// What a sample costs before it is split, and each of its parts, in rays.
+#[derive(Clone, Copy, Debug)]
+struct Costs {
+    before: f64,
+    after: f64,
+}
+
+/// The least variance times time, and for how many parts it is: a power of two, or `given`.
+fn best(Costs { before, after }: Costs, variance: &Variance, given: Option<u32>) -> (f64, u32) {
     // In a picture of some samples more than the pilot has.
     let shared = variance.shared.max(LEAST_SHARED * variance.own) * (f64::from(SAMPLES) / TYPICAL).sqrt();
     let error = |parts: u32| {
         let n = f64::from(parts);
         let fewer = (before + n * after) / (before + after);
-        shared * fewer * fewer.sqrt() + variance.own * fewer / n
+        (shared * fewer * fewer.sqrt() + variance.own * fewer / n) * (before + after)
     };
+    if let Some(parts) = given {
+        return (error(parts), parts);
+    }
     let mut best = 1;
     for more in (1..=MAX_PARTS.ilog2()).map(|log| 1 << log) {
         if error(more) < error(best) * WORTH {
             best = more;
         }
     }
-    best
+    (error(best), best)
 }
 
 #[cfg(test)]
@@ -141,7 +193,7 @@ mod tests {
 
     #[test]
     fn the_least_error_is_found() {
-        let best_of = |after, shared, own| best(1.0, after, &Variance { shared, own });
+        let best_of = |after, shared, own| best(Costs { before: 1.0, after }, &Variance { shared, own }, None).1;
         assert_eq!(best_of(2.0, 1.0, 0.0), 1, "nothing comes of parts");
         assert_eq!(best_of(2.0, 1.0, 1.0), 1);
         // 1, 5/3 and 3 times fewer samples: 0.071 + 1, 0.071 * 2.15 + 5/6, 0.071 * 5.20 + 3/4.

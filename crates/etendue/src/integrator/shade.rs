@@ -6,6 +6,7 @@ use super::{
     horizon::Horizon,
     lanes::{Groups, SurfaceVertex},
     paths::{Flown, Paths, Previous},
+    resampling::{CANDIDATES, Reservoir, is_resampled, magnitude},
     shadow::ShadowQueue,
     splitting::each_part,
     volume,
@@ -16,7 +17,7 @@ use crate::{
     film::FirstHit,
     light::{LightContext, LightSample},
     math::{Frame, Vec3},
-    sampling::Slot,
+    sampling::{SampleKey, Slot},
     scene::{BodyStack, Meeting},
     spectrum::Spectrum,
     surface::{NO_LIGHT, SurfacePoint},
@@ -385,21 +386,51 @@ fn sample_light<const MEDIA: bool>(
         return;
     }
     let (key, number) = (paths.samples[path].key, paths.progress[path].vertex);
+    if !is_resampled(context, paths, path, vertex.bsdf.transmits()) {
+        if let Some((light, contribution)) = draw_light(context, strategy, paths, path, vertex, key) {
+            send_light::<MEDIA>(context, paths, path, vertex, &light, contribution, shadows);
+        }
+        return;
+    }
+    let mut reservoir = Reservoir { total: 0.0, u: context.sampler.one_d(key, number, Slot::LightResampling) };
+    let mut kept = None;
+    for candidate in 0..CANDIDATES {
+        let drawn = draw_light(context, strategy, paths, path, vertex, key.part(candidate, CANDIDATES));
+        let contribution = drawn.as_ref().map_or(Spectrum::BLACK, |(_, contribution)| *contribution);
+        if reservoir.takes(magnitude(contribution)) {
+            kept = drawn;
+        }
+    }
+    if let Some((light, contribution)) = kept {
+        let contribution = reservoir.whole(contribution, CANDIDATES);
+        send_light::<MEDIA>(context, paths, path, vertex, &light, contribution, shadows);
+    }
+}
+
+/// A light sample by the numbers of `key`, and what it contributes if nothing is in its way.
+fn draw_light(
+    context: &Context,
+    strategy: Strategy,
+    paths: &Paths,
+    path: usize,
+    vertex: &Vertex,
+    key: SampleKey,
+) -> Option<(LightSample, Spectrum)> {
+    let number = paths.progress[path].vertex;
     let select = context.sampler.fine(key, number, Slot::LightSelect);
     let position = context.sampler.two_d(key, number, Slot::LightPosition);
-    let Some(light) = context.scene.sample_light(&vertex.light_context(), select, position) else { return };
+    let light = context.scene.sample_light(&vertex.light_context(), select, position)?;
     let local_wi = vertex.frame.to_local(light.wi);
     let shadowing = vertex.shadowing(light.wi, local_wi);
     if shadowing == 0.0 {
-        return;
+        return None;
     }
     let eval = vertex.bsdf.eval(vertex.local_wo, local_wi);
     let weight = match (light.density, strategy) {
         (Density::SolidAngle(own), Strategy::Both) => power_heuristic(own, eval.pdf) / own,
         (own, _) => 1.0 / own.value(),
     };
-    let contribution = paths.throughput[path] * eval.value * light.radiance * (weight * shadowing);
-    send_light::<MEDIA>(context, paths, path, vertex, &light, contribution, shadows);
+    Some((light, paths.throughput[path] * eval.value * light.radiance * (weight * shadowing)))
 }
 
 /// Queues what a light sample contributes if nothing is in its way.

@@ -38,6 +38,8 @@ pub(crate) struct Context<'a> {
     pub wants_direct: bool,
     /// Camera rays that meet nothing bring nothing home.
     pub transparent: bool,
+    /// Light samples of first vertices are out of several candidates, if there are several lights.
+    pub resamples: bool,
     pub splitting: Splitting,
 }
 

@@ -173,6 +173,11 @@ impl LightTable {
         if self.even_share > 0.0 || self.far_share > 0.0 { None } else { self.tree.only().map(certain) }
     }
 
+    /// True if lights are so many that their choice goes by clusters of them.
+    pub(crate) fn has_clusters(&self) -> bool {
+        self.tree.has_clusters()
+    }
+
     /// The light for the number `u` in [0, 1), of which 24 bits choose among eight lights: many lights need more. `None` where
     /// no light can bring anything.
     #[inline]

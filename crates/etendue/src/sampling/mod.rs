@@ -2,7 +2,8 @@
 //! directions and choices.
 //!
 //! No number depends on the count of samples, on the size or crop of the image, or on what was drawn before: samples can be
-//! added later, a crop equals the crop of the whole, and one sample can be traced again alone. Samples with an even and
+//! added later, a crop equals the crop of the whole, and one sample can be traced again alone. Neighbouring pixels may share out their
+//! points, so that their errors cancel under a small blur; each pixel alone is as if they did not. Samples with an even and
 //! with an odd index are two halves with independent scrambling, from whose difference the error is known.
 
 mod cosine_power;
@@ -70,15 +71,19 @@ pub enum Slot {
     EquiangularPosition,
     /// What is in the way to an equiangular distance, and from there to the light (a stream).
     EquiangularPath,
+    /// Which of several candidates for a light sample (1D).
+    LightResampling,
 }
 
 /// One sample of one pixel: all that random numbers may depend on, but for the dimension.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleKey {
-    /// Hash of (seed, pixel, half).
+    /// Hash of (seed, pixel, half), or of the pixels' block in place of the pixel where its pixels share a scrambling.
     pub stream: u64,
     /// Sample index inside the half.
     pub index: u32,
+    /// Which pixel of the block; 0 where pixels share nothing.
+    pub cell: u32,
 }
 
 impl SampleKey {
@@ -107,12 +112,13 @@ impl SampleKey {
 pub(crate) struct KeyLanes<const N: usize> {
     streams: [u64; N],
     indices: [u32; N],
+    cells: [u32; N],
     vertices: [u32; N],
 }
 
 impl<const N: usize> Default for KeyLanes<N> {
     fn default() -> Self {
-        Self { streams: [0; N], indices: [0; N], vertices: [0; N] }
+        Self { streams: [0; N], indices: [0; N], cells: [0; N], vertices: [0; N] }
     }
 }
 
@@ -121,12 +127,24 @@ impl<const N: usize> KeyLanes<N> {
     pub fn set(&mut self, i: usize, key: SampleKey, vertex: u32) {
         self.streams[i] = key.stream;
         self.indices[i] = key.index;
+        self.cells[i] = key.cell;
         self.vertices[i] = vertex;
+    }
+
+    /// Makes the first `n` lanes part `part` of `parts` of those of `whole`: see [`SampleKey::part`]. A loop without branches.
+    #[inline(always)]
+    pub fn set_parts(&mut self, n: usize, whole: &Self, part: u32, parts: u32) {
+        for i in 0..n.min(N) {
+            self.streams[i] = whole.streams[i];
+            self.indices[i] = whole.indices[i].wrapping_mul(parts).wrapping_add(part);
+            self.cells[i] = whole.cells[i];
+            self.vertices[i] = whole.vertices[i];
+        }
     }
 
     #[inline(always)]
     fn dimension(&self, i: usize, slot: Slot) -> (SampleKey, u64) {
-        let key = SampleKey { stream: self.streams[i], index: self.indices[i] };
+        let key = SampleKey { stream: self.streams[i], index: self.indices[i], cell: self.cells[i] };
         (key, dimension(key.stream, slot_hash(self.vertices[i], slot)))
     }
 }
@@ -138,7 +156,7 @@ impl<const N: usize> KeyLanes<N> {
 pub enum Sampler {
     /// Hashed uniform numbers.
     Independent,
-    /// Owen-scrambled Sobol points, padded per dimension pair.
+    /// Owen-scrambled Sobol points, padded per dimension pair, in an order of the pixels of a block that spreads the error.
     #[default]
     Sobol,
     /// Jittered points in nested grids of cells, padded: the classical stratified sampling.
@@ -206,9 +224,13 @@ impl Sampler {
     /// The key of sample `index` of `pixel` (absolute coordinates, x to the right, y down).
     #[inline]
     pub fn key(self, seed: u64, pixel: [u32; 2], index: u32) -> SampleKey {
+        let (place, cell) = match self {
+            Self::Sobol => sobol::block_of(pixel),
+            Self::Independent | Self::Stratified | Self::LatinHypercube => (pixel, 0),
+        };
         let mut h = mix(seed ^ GOLDEN);
-        h = mix(h ^ (u64::from(pixel[0]) << 32 | u64::from(pixel[1])));
-        SampleKey { stream: mix(h ^ u64::from(index & 1)), index: index >> 1 }
+        h = mix(h ^ (u64::from(place[0]) << 32 | u64::from(place[1])));
+        SampleKey { stream: mix(h ^ u64::from(index & 1)), index: index >> 1, cell }
     }
 
     /// A number in [0, 1).
@@ -276,7 +298,7 @@ impl Sampler {
     pub(crate) fn fine_lanes<const N: usize>(self, keys: &KeyLanes<N>, n: usize, slot: Slot, out: &mut [f64; N]) {
         dispatch!(self, P => for i in 0..n.min(N) {
             let (key, dimension) = keys.dimension(i, slot);
-            let below = f64::from(Stream::new(dimension, key.index).next_f32()) / f64::from(1 << 24);
+            let below = f64::from(Stream::new(dimension, key).next_f32()) / f64::from(1 << 24);
             out[i] = f64::from(P::one_d(key, dimension)) + below;
         });
     }
@@ -285,7 +307,7 @@ impl Sampler {
     /// hashed whatever the sampler.
     #[inline]
     pub fn stream(self, key: SampleKey, vertex: u32, slot: Slot) -> Stream {
-        Stream::new(dimension(key.stream, slot_hash(vertex, slot)), key.index)
+        Stream::new(dimension(key.stream, slot_hash(vertex, slot)), key)
     }
 }
 
@@ -315,9 +337,9 @@ pub struct Stream {
 
 impl Stream {
     #[inline(always)]
-    fn new(dimension: u64, index: u32) -> Self {
+    fn new(dimension: u64, key: SampleKey) -> Self {
         // Apart from the numbers of the independent sampler at this slot, which start from the same hash.
-        Self { state: mix(!dimension ^ mix(u64::from(index) ^ GOLDEN)) }
+        Self { state: mix(!dimension ^ mix((u64::from(key.cell) << 32 | u64::from(key.index)) ^ GOLDEN)) }
     }
 
     /// The next number in [0, 1).

@@ -15,7 +15,7 @@ use etendue_testkit::{
 use std::sync::Arc;
 
 pub fn stream(seed: u32) -> Stream {
-    Sampler::Independent.stream(SampleKey { stream: 7, index: seed }, 1, Slot::FreeFlight)
+    Sampler::Independent.stream(SampleKey { stream: 7, index: seed, cell: 0 }, 1, Slot::FreeFlight)
 }
 
 /// A medium on a segment with a path's throughput.

@@ -4,7 +4,8 @@ use super::{
     SurfaceVertex,
     lights::{FlatLights, LightSamples},
     numbers::{Numbers, Vectors},
-    stages::{Draw, Gather, Place, Scatter},
+    resampled::{Keep, Kept, TakeKept},
+    stages::{Draw, DrawLights, Gather, Place, Scatter},
 };
 use crate::{
     bsdf::{Density, LANES, LaneBsdf, MOST_NUMBERS},
@@ -86,17 +87,22 @@ pub(super) struct Lanes {
     flat: bool,
     /// True if light from below counts too. Outside of what loops over lanes read: copied before.
     pub transmits: bool,
+    /// For how many candidates each light sample is drawn.
+    pub candidates: u32,
     pub facets: Facets,
     path: [u32; LANES],
     skip: [PrimitiveId; LANES],
     beyond_skip: [PrimitiveId; LANES],
     pub keys: KeyLanes<LANES>,
+    /// Those for light samples.
+    pub light_keys: KeyLanes<LANES>,
     pub vertices: Vertices,
     /// What the vertices scatter like: see [`LaneBsdf::load`].
     pub numbers: [Numbers; MOST_NUMBERS],
     pub drawn: Drawn,
     pub lights: LightSamples,
     pub flat_lights: FlatLights,
+    pub kept: Kept,
     pub onward: Onward,
 }
 
@@ -108,11 +114,13 @@ impl Lanes {
             len: 0,
             flat,
             transmits,
+            candidates: 1,
             facets: Facets { corners: [vectors; 3], weights: [numbers; 2] },
             path: flags,
             skip: [PrimitiveId::NONE; LANES],
             beyond_skip: [PrimitiveId::NONE; LANES],
             keys: KeyLanes::default(),
+            light_keys: KeyLanes::default(),
             vertices: Vertices {
                 position: vectors,
                 offset: numbers,
@@ -138,6 +146,7 @@ impl Lanes {
             },
             lights: LightSamples::NONE,
             flat_lights: FlatLights::NONE,
+            kept: Kept::NONE,
             onward: Onward {
                 origin: vectors,
                 direction: vectors,
@@ -148,6 +157,12 @@ impl Lanes {
                 throughput: vectors,
             },
         })
+    }
+
+    /// As they are, empty, for light samples of so many candidates.
+    pub fn with_candidates(mut self: Box<Self>, candidates: u32) -> Box<Self> {
+        self.candidates = candidates;
+        self
     }
 
     /// Adds the vertex that path `path` has reached. The lanes must not be full.
@@ -216,16 +231,31 @@ impl Lanes {
         if self.flat {
             run(isa, Place { lanes: self });
         }
-        run(isa, Draw { lanes: self, sampler: context.sampler, gathers, lobes: B::CHOOSES_LOBE });
+        run(isa, Draw { lanes: self, sampler: context.sampler, lobes: B::CHOOSES_LOBE });
         if gathers {
-            self.choose_lights(context);
-            self.sample_lights(context);
-            run(isa, Gather::<B>::new(self, strategy == Strategy::Both));
+            self.gather::<B>(context, strategy);
             self.send_light(shadows);
         }
         run(isa, Scatter::<B>::new(self));
         self.hand_back(context, paths);
         self.len = 0;
+    }
+
+    /// What light brings to the lanes.
+    fn gather<B: LaneBsdf>(&mut self, context: &Context, strategy: Strategy) {
+        let (isa, sampler, candidates) = (context.scene.accelerator().isa(), context.sampler, self.candidates);
+        for candidate in 0..candidates {
+            run(isa, DrawLights { lanes: self, sampler, candidate });
+            self.choose_lights(context);
+            self.sample_lights(context);
+            run(isa, Gather::<B>::new(self, strategy == Strategy::Both));
+            if candidates > 1 {
+                run(isa, Keep { lanes: self, sampler, candidate });
+            }
+        }
+        if candidates > 1 {
+            run(isa, TakeKept { lanes: self });
+        }
     }
 
     /// So many lanes that loops over them have whole vectors; those beyond the last vertex are idle.

@@ -8,9 +8,17 @@
 mod group;
 mod lights;
 mod numbers;
+mod resampled;
 mod stages;
 
-use super::{paths::Paths, shade::Strategy, shadow::ShadowQueue, splitting, wave::Context};
+use super::{
+    paths::Paths,
+    resampling::{CANDIDATES, is_resampled},
+    shade::Strategy,
+    shadow::ShadowQueue,
+    splitting,
+    wave::Context,
+};
 use crate::{
     bsdf::{Diffuse, Glass, InLanes, Lambert, LaneBsdf, Mirror, Mtl, PhongInLanes, RoughGlass, RoughMetal},
     math::Vec3,
@@ -39,22 +47,47 @@ pub(super) struct SurfaceVertex {
     pub wo: Vec3,
 }
 
-/// The vertices of a wave that scatter in the same way: on plain facets, and all others.
-struct Group<B> {
+/// The vertices of a wave that scatter in the same way and draw light samples alike: on plain facets, and all others.
+struct Sort<B> {
     facets: Box<Lanes>,
     vertices: Box<Lanes>,
     kind: PhantomData<B>,
 }
 
-impl<B: LaneBsdf> Group<B> {
-    fn new() -> Self {
-        let lanes = |flat| Lanes::new(flat, B::TRANSMITS);
+impl<B: LaneBsdf> Sort<B> {
+    fn new(candidates: u32) -> Self {
+        let lanes = |flat| Lanes::new(flat, B::TRANSMITS).with_candidates(candidates);
         Self { facets: lanes(true), vertices: lanes(false), kind: PhantomData }
     }
 
     fn finish(&mut self, context: &Context, strategy: Strategy, paths: &mut Paths, shadows: &mut ShadowQueue) {
         self.facets.finish::<B>(context, strategy, paths, shadows);
         self.vertices.finish::<B>(context, strategy, paths, shadows);
+    }
+}
+
+/// The vertices of a wave that scatter in the same way.
+struct Group<B> {
+    plain: Sort<B>,
+    /// Those whose light samples are out of several candidates.
+    resampled: Sort<B>,
+}
+
+impl<B: LaneBsdf> Group<B> {
+    fn new() -> Self {
+        Self { plain: Sort::new(1), resampled: Sort::new(CANDIDATES) }
+    }
+
+    /// Where path `path` goes at its vertex.
+    #[inline]
+    fn sort(&mut self, context: &Context, paths: &Paths, path: usize) -> &mut Sort<B> {
+        let is_resampled = !B::IS_DELTA && is_resampled(context, paths, path, B::TRANSMITS);
+        if is_resampled { &mut self.resampled } else { &mut self.plain }
+    }
+
+    fn finish(&mut self, context: &Context, strategy: Strategy, paths: &mut Paths, shadows: &mut ShadowQueue) {
+        self.plain.finish(context, strategy, paths, shadows);
+        self.resampled.finish(context, strategy, paths, shadows);
     }
 }
 
@@ -98,7 +131,7 @@ macro_rules! groups {
                 paths.cones[path] = paths.cones[path].advanced(paths.hits[path].t);
                 match *bsdf {
                     $(InLanes::$Kind(bsdf) => {
-                        let lanes = &mut self.$group.facets;
+                        let lanes = &mut self.$group.sort(context, paths, path).facets;
                         each_part::<$Bsdf>(context, paths, path, |paths, path| {
                             lanes.push_facet(paths, path, &corners, bsdf);
                             if lanes.is_full() {
@@ -123,7 +156,7 @@ macro_rules! groups {
             ) {
                 match *bsdf {
                     $(InLanes::$Kind(bsdf) => {
-                        let lanes = &mut self.$group.vertices;
+                        let lanes = &mut self.$group.sort(context, paths, path).vertices;
                         each_part::<$Bsdf>(context, paths, path, |paths, path| {
                             lanes.push(paths, path, vertex, bsdf);
                             if lanes.is_full() {

@@ -44,12 +44,10 @@ impl Kernel for Place<'_> {
     }
 }
 
-/// The random numbers.
+/// The random numbers, but for those of light samples.
 pub(super) struct Draw<'a> {
     pub lanes: &'a mut Lanes,
     pub sampler: Sampler,
-    /// True if light is sampled.
-    pub gathers: bool,
     /// True if a lobe is chosen.
     pub lobes: bool,
 }
@@ -61,15 +59,32 @@ impl Kernel for Draw<'_> {
     fn run(self) {
         let n = self.lanes.whole();
         let Lanes { keys, drawn, .. } = self.lanes;
-        if self.gathers {
-            self.sampler.fine_lanes(keys, n, Slot::LightSelect, &mut drawn.select);
-            self.sampler.two_d_lanes(keys, n, Slot::LightPosition, &mut drawn.place);
-        }
         if self.lobes {
             self.sampler.one_d_lanes(keys, n, Slot::BsdfLobe, &mut drawn.lobe);
         }
         self.sampler.two_d_lanes(keys, n, Slot::BsdfDirection, &mut drawn.turn);
         self.sampler.one_d_lanes(keys, n, Slot::Roulette, &mut drawn.roulette);
+    }
+}
+
+/// The random numbers of light samples.
+pub(super) struct DrawLights<'a> {
+    pub lanes: &'a mut Lanes,
+    pub sampler: Sampler,
+    /// Which of the lanes' candidates.
+    pub candidate: u32,
+}
+
+impl Kernel for DrawLights<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let (n, candidates) = (self.lanes.whole(), self.lanes.candidates);
+        let Lanes { keys, light_keys, drawn, .. } = self.lanes;
+        light_keys.set_parts(n, keys, self.candidate, candidates);
+        self.sampler.fine_lanes(light_keys, n, Slot::LightSelect, &mut drawn.select);
+        self.sampler.two_d_lanes(light_keys, n, Slot::LightPosition, &mut drawn.place);
     }
 }
 

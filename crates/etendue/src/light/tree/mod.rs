@@ -206,6 +206,11 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
+    /// True if some children are not lights.
+    pub fn has_clusters(&self) -> bool {
+        self.nodes.len() > 1
+    }
+
     /// True if light `index` is in the tree.
     #[inline]
     pub fn holds(&self, index: u32) -> bool {
