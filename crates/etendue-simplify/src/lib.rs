@@ -9,6 +9,7 @@ mod check;
 mod cost;
 mod cut;
 mod distance;
+mod draft;
 mod engine;
 mod error;
 mod faces;
