@@ -4,6 +4,8 @@ use crate::Mesh;
 use crate::apart::keep_apart;
 use crate::block::MOVED;
 use crate::engine::Work;
+use crate::faces::GONE;
+use crate::vector::Vec3;
 use crate::vertex::Kind;
 
 /// A mesh with what is known of each of its vertices.
@@ -15,6 +17,8 @@ pub(crate) struct Draft {
     pub owners: Vec<u32>,
     /// The vertex of the input whose place it has; [`MOVED`] if it has another.
     pub sources: Vec<u32>,
+    /// The sum of the normals of all original faces that were merged into it.
+    pub facing: Vec<Vec3>,
 }
 
 impl Draft {
@@ -40,7 +44,8 @@ impl Draft {
         }
         let kinds = owners.iter().map(|&v| work.vertices[v as usize].kind).collect();
         let sources = owners.iter().map(|&v| work.sources[v as usize]).collect();
-        let mut draft = Self { mesh, kinds, owners, sources };
+        let facing = owners.iter().map(|&v| work.facing[v as usize]).collect();
+        let mut draft = Self { mesh, kinds, owners, sources, facing };
         draft.settle(positions);
         draft
     }
@@ -54,6 +59,35 @@ impl Draft {
         keep_apart(&mut self.mesh.positions, &self.owners, &self.sources);
     }
 
+    /// Drops faces that are gone, and vertices that no face uses any more.
+    pub fn clean(&mut self) {
+        if !self.mesh.faces.contains(&GONE) {
+            return;
+        }
+        let stays: Vec<bool> = self.mesh.faces.iter().map(|face| *face != GONE).collect();
+        keep(&mut self.mesh.faces, &stays);
+        self.mesh.materials.iter_mut().for_each(|list| keep(list, &stays));
+        let mut is_used = vec![false; self.owners.len()];
+        self.mesh.faces.as_flattened().iter().for_each(|&v| is_used[v as usize] = true);
+        let mut count = 0;
+        let new_index: Vec<u32> = is_used
+            .iter()
+            .map(|&is_used| {
+                count += u32::from(is_used);
+                count.wrapping_sub(1)
+            })
+            .collect();
+        self.mesh.faces.as_flattened_mut().iter_mut().for_each(|v| *v = new_index[*v as usize]);
+        keep(&mut self.mesh.positions, &is_used);
+        self.mesh.normals.iter_mut().for_each(|list| keep(list, &is_used));
+        self.mesh.uvs.iter_mut().for_each(|list| keep(list, &is_used));
+        self.mesh.colors.iter_mut().for_each(|list| keep(list, &is_used));
+        keep(&mut self.kinds, &is_used);
+        keep(&mut self.owners, &is_used);
+        keep(&mut self.sources, &is_used);
+        keep(&mut self.facing, &is_used);
+    }
+
     /// Notes which vertices have other places than these.
     pub fn note_moves(&mut self, before: &[[f32; 3]]) {
         for ((source, before), now) in self.sources.iter_mut().zip(before).zip(&self.mesh.positions) {
@@ -62,4 +96,10 @@ impl Draft {
             }
         }
     }
+}
+
+/// Keeps the entries that stay.
+fn keep<T>(list: &mut Vec<T>, stays: &[bool]) {
+    let mut stays = stays.iter();
+    list.retain(|_| stays.next().is_some_and(|stays| *stays));
 }

@@ -27,6 +27,7 @@ mod rings;
 mod scale;
 mod simplify;
 mod surface;
+mod upright;
 mod vector;
 mod vertex;
 mod wedges;

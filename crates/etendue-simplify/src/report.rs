@@ -79,6 +79,8 @@ pub struct Report {
     pub refused: usize,
     /// Faces left out.
     pub dropped: Dropped,
+    /// Faces that are turned over against the nearest original ones, and could not be mended.
+    pub turned: usize,
     /// Why the target was not reached, if it was not.
     pub stopped: Option<Stopped>,
     /// Seconds for topology and quadrics.

@@ -13,6 +13,7 @@ use crate::polish::polish;
 use crate::prepare::{prepare, validate};
 use crate::scale::Scale;
 use crate::surface::search;
+use crate::upright::set_upright;
 use crate::{MeshRef, Options, Placement, Progress, Report, Simplified, SimplifyError, Stage, Target};
 
 /// Simplifies a mesh: collapses edges, the cheapest first, until the target is reached or no edge may be collapsed.
@@ -115,6 +116,8 @@ pub(crate) fn reduced(
         draft.note_moves(&before);
         draft.settle(mesh.positions);
     }
+    let turned = if outcome.collapses > 0 { set_upright(mesh, &mut draft, progress)? } else { 0 };
+    draft.settle(mesh.positions);
     let polish_seconds = start.elapsed().as_secs_f64();
     let report = Report {
         faces_in: mesh.faces.len(),
@@ -125,6 +128,7 @@ pub(crate) fn reduced(
         cuts: outcome.cuts,
         refused: outcome.refused,
         dropped,
+        turned,
         stopped: outcome.stopped,
         prepare_seconds,
         collapse_seconds,
