@@ -5,8 +5,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::places::first_at_place;
 use crate::block::MOVED;
+use crate::places::first_at_place;
 
 /// Moves vertices that are at the place of another point to the next number in some direction. Vertices with the same owner are
 /// one point; those whose source is known are in their own place, where no other was in the input.

@@ -26,7 +26,8 @@ impl Draft {
     pub fn of(mut work: Work, positions: &[[f32; 3]]) -> Self {
         let mut mesh = Mesh { materials: work.faces.materials.take(), ..Mesh::default() };
         let corners = work.faces.wedges.as_ref().unwrap_or(&work.faces.corners);
-        let mut new_index = vec![u32::MAX; work.wedges.as_ref().map_or(work.vertices.len(), |wedges| wedges.list.len())];
+        let mut new_index =
+            vec![u32::MAX; work.wedges.as_ref().map_or(work.vertices.len(), |wedges| wedges.list.len())];
         for &v in corners.as_flattened() {
             new_index[v as usize] = 0;
         }

@@ -87,7 +87,7 @@ pub struct Report {
     pub prepare_seconds: f64,
     /// Seconds for collapses.
     pub collapse_seconds: f64,
-    /// Seconds for the polish.
+    /// Seconds for the polish, and for mending faces that are turned over.
     pub polish_seconds: f64,
     /// The distance to the input that was measured to reach [`crate::Target::Error`]; `None` for other targets.
     pub distance: Option<Distance>,

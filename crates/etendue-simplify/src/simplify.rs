@@ -21,7 +21,8 @@ use crate::{MeshRef, Options, Placement, Progress, Report, Simplified, SimplifyE
 /// Vertices at exactly one position are one for the topology; faces with two corners at one position, repeated faces and faces
 /// with coordinates that are not finite are left out and counted. No face turns over, unless it is smaller than the error; no
 /// edge gets more than two faces, no hole is torn or closed; borders of the surface and of materials and seams of attributes stay
-/// where they are. Self-intersections are not looked for. The result depends on the input and the options alone, not on the
+/// where they are. At the end faces that are turned over against the original nearest to them are mended, those that cannot be are
+/// counted. Self-intersections are not looked for. The result depends on the input and the options alone, not on the
 /// number of threads. Indices of locked vertices that are not there are ignored.
 ///
 /// `progress` is called now and then, and may end the work. Takes about 150 bytes a face of the input beside it, without attributes
@@ -110,13 +111,20 @@ pub(crate) fn reduced(
     let mut draft = Draft::of(work, mesh.positions);
     let collapse_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
+    let mut search_stand_in = None;
     if let Some(stand_in) = stand_in {
+        let search = search_stand_in.insert(search(&borrowed(&stand_in))?);
         let before = draft.mesh.positions.clone();
-        polish(mesh, &search(&borrowed(&stand_in))?, &mut draft.mesh, &draft.kinds, progress)?;
+        polish(mesh, search, &mut draft.mesh, &draft.kinds, progress)?;
         draft.note_moves(&before);
         draft.settle(mesh.positions);
     }
-    let turned = if outcome.collapses > 0 { set_upright(mesh, &mut draft, progress)? } else { 0 };
+    let turned = if outcome.collapses > 0 {
+        let may_move = options.placement != Placement::Endpoint || options.polish && !options.fast;
+        set_upright(mesh, search_stand_in.as_ref(), may_move, &mut draft, progress)?
+    } else {
+        0
+    };
     draft.settle(mesh.positions);
     let polish_seconds = start.elapsed().as_secs_f64();
     let report = Report {
@@ -129,7 +137,8 @@ pub(crate) fn reduced(
         refused: outcome.refused,
         dropped,
         turned,
-        stopped: outcome.stopped,
+        // A vertex that was taken out at the end may have reached it.
+        stopped: outcome.stopped.filter(|_| draft.mesh.faces.len() > faces),
         prepare_seconds,
         collapse_seconds,
         polish_seconds,

@@ -17,8 +17,8 @@ use etendue_accel::ClosestPoints;
 use crate::vertex::Kind;
 use crate::{Mesh, MeshRef, Progress, SimplifyError, Stage};
 pub(crate) use attributes::continue_at;
-use net::Net;
 pub(crate) use net::Grouped;
+use net::Net;
 use rounds::Rounds;
 
 /// Times that vertices are moved.

@@ -2,6 +2,7 @@
 
 use etendue_accel::closest_on_triangle;
 
+use super::nearby::Look;
 use super::{Grouped, Nearby, Point, Triangle};
 use crate::block::MOVED;
 use crate::draft::Draft;
@@ -25,10 +26,13 @@ pub(super) struct Field<'a> {
     pub draft: &'a mut Draft,
     /// The first vertex at the point of each.
     node: &'a [u32],
+    may_move: bool,
     /// Faces of nodes, when the field was made.
     incident: Grouped,
     /// Nodes whose faces are others by now.
     stale: Vec<bool>,
+    /// Nodes of faces that were changed.
+    stirred: Vec<bool>,
 }
 
 /// What may be done.
@@ -43,12 +47,33 @@ struct Change {
     witness: Point,
 }
 
+/// What faces were before a change, by their numbers.
+struct Before {
+    faces: Vec<u32>,
+    looks: Vec<(Triangle, Look)>,
+}
+
+impl Before {
+    /// Of a face and all that share a point with it.
+    fn of(field: &Field<'_>, face: u32, nearby: &Nearby) -> Self {
+        let faces = field.around(&[face]);
+        let triangles = super::triangles(field.draft, &faces);
+        let looks = nearby.look(&triangles);
+        Self { faces, looks: triangles.into_iter().zip(looks).collect() }
+    }
+
+    /// The faces that a change is about.
+    fn of_change<'a>(&'a self, change: &'a Change) -> impl Iterator<Item = &'a (Triangle, Look)> {
+        change.faces.iter().filter_map(|(face, _)| Some(&self.looks[self.faces.binary_search(face).ok()?]))
+    }
+}
+
 impl<'a> Field<'a> {
-    pub fn of(draft: &'a mut Draft, node: &'a [u32]) -> Self {
+    pub fn of(draft: &'a mut Draft, node: &'a [u32], may_move: bool) -> Self {
         let name = |face: &[u32; 3]| if *face == GONE { [0; 3] } else { face.map(|v| node[v as usize]) };
         let names: Vec<[u32; 3]> = draft.mesh.faces.iter().map(name).collect();
         let incident = Grouped::new(node.len(), &names);
-        Self { draft, node, incident, stale: vec![false; node.len()] }
+        Self { draft, node, may_move, incident, stale: vec![false; node.len()], stirred: vec![false; node.len()] }
     }
 
     /// Some faces and those that share a point with them, ascending.
@@ -66,9 +91,13 @@ impl<'a> Field<'a> {
             return false;
         }
         let limit = Triangle::of(self.draft, self.draft.mesh.faces[face as usize]).longest_squared * OF_EDGE * OF_EDGE;
+        let before = Before::of(self, face, nearby);
         let mut gentle = self.turns(face);
-        gentle.extend(self.moves(face, nearby));
-        let change = self.best(gentle, limit, nearby).or_else(|| self.best(self.collapses(face), limit, nearby));
+        if self.may_move {
+            gentle.extend(self.moves(face, nearby));
+        }
+        let change = self.best(gentle, &before, limit, nearby);
+        let change = change.or_else(|| self.best(self.collapses(face), &before, limit, nearby));
         match change {
             Some(change) => {
                 self.apply(change);
@@ -76,6 +105,11 @@ impl<'a> Field<'a> {
             }
             None => false,
         }
+    }
+
+    /// True if something about a face was changed.
+    pub fn is_stirred(&self, face: u32) -> bool {
+        self.draft.mesh.faces[face as usize] != GONE && self.nodes(face).iter().any(|&node| self.stirred[node as usize])
     }
 
     fn nodes(&self, face: u32) -> [u32; 3] {
@@ -116,8 +150,8 @@ impl<'a> Field<'a> {
         let j = (0..3).find(|&j| self.nodes(other)[j] == q)?;
         let [b2, a2, d] = [0, 1, 2].map(|k| mesh.faces[other as usize][(j + k) % 3]);
         let s = self.node[d as usize];
-        let is_seam = [a, b] != [a2, b2]
-            || mesh.materials.as_ref().is_some_and(|m| m[face as usize] != m[other as usize]);
+        let is_seam =
+            [a, b] != [a2, b2] || mesh.materials.as_ref().is_some_and(|m| m[face as usize] != m[other as usize]);
         let is_there = || self.faces_at(r).any(|face| self.nodes(face).contains(&s));
         if is_seam || r == s || self.is_busy(s) || is_there() {
             return None;
@@ -148,8 +182,7 @@ impl<'a> Field<'a> {
             let (here, amid) = (self.place(node), sum.map(|x| x / count));
             let [near_amid, near_here] = nearby.places([amid, here]);
             let half = [0, 1, 2].map(|axis| 0.5 * (here[axis] + near_amid[axis]));
-            let faces: Vec<_> =
-                self.faces_at(node).map(|face| (face, self.draft.mesh.faces[face as usize])).collect();
+            let faces: Vec<_> = self.faces_at(node).map(|face| (face, self.draft.mesh.faces[face as usize])).collect();
             [near_amid, near_here, half, amid].map(|place| Change {
                 faces: faces.clone(),
                 moved: Some((node, place.map(|x| x as f32))),
@@ -206,9 +239,8 @@ impl<'a> Field<'a> {
             names.sort_unstable();
             names
         };
-        let is_there = |corners: [u32; 3]| {
-            self.faces_at(to).any(|face| names(mesh.faces[face as usize]) == names(corners))
-        };
+        let is_there =
+            |corners: [u32; 3]| self.faces_at(to).any(|face| names(mesh.faces[face as usize]) == names(corners));
         if faces.len() < 4 && faces.iter().any(|(_, corners)| *corners != GONE && is_there(*corners)) {
             return None;
         }
@@ -227,32 +259,34 @@ impl<'a> Field<'a> {
 
     /// Of some changes the one that leaves the fewest faces turned over, and of these the one that goes the least far; `None` if all
     /// leave as many as there are, make faces that are hardly any, or go farther than a squared limit.
-    fn best(&self, changes: Vec<Change>, limit: f64, nearby: &Nearby) -> Option<Change> {
-        let mut best: Option<((usize, f64), Change)> = None;
+    fn best(&self, changes: Vec<Change>, before: &Before, limit: f64, nearby: &Nearby) -> Option<Change> {
+        let mut faces: Vec<Triangle> = Vec::new();
+        let mut fine: Vec<(Change, usize)> = Vec::new();
         for change in changes {
-            let before: Vec<Triangle> =
-                change.faces.iter().map(|&(face, _)| Triangle::of(self.draft, self.draft.mesh.faces[face as usize])).collect();
-            let now: Vec<Triangle> = change
-                .faces
-                .iter()
-                .filter(|(_, corners)| *corners != GONE)
-                .map(|&(_, corners)| self.changed(&change, corners))
-                .collect();
-            let shape = |face: &Triangle| dot(face.normal, face.normal) / (face.longest_squared * face.longest_squared);
-            let worst = before.iter().map(shape).fold(THIN * THIN, f64::min);
-            let is_fine = |face: &Triangle| face.is_in_reach && shape(face) >= worst && shape(face) > 0.0;
-            if !now.iter().all(is_fine) {
-                continue;
+            let first = faces.len();
+            let stays = change.faces.iter().filter(|(_, corners)| *corners != GONE);
+            faces.extend(stays.map(|&(_, corners)| self.changed(&change, corners)));
+            let worst = before.of_change(&change).map(|(face, _)| face.shape()).fold(THIN * THIN, f64::min);
+            if faces[first..].iter().all(|face| face.is_in_reach && face.shape() >= worst && face.shape() > 0.0) {
+                fine.push((change, faces.len()));
+            } else {
+                faces.truncate(first);
             }
-            let (were, are) = (nearby.look(&before), nearby.look(&now));
-            let turned = |looks: &[super::nearby::Look]| looks.iter().filter(|look| look.turned).count();
-            let far = |looks: &[super::nearby::Look]| looks.iter().map(|look| look.far).fold(0.0, f64::max);
-            let away = now.iter().map(|face| face.distance_squared(change.witness)).fold(f64::INFINITY, f64::min);
-            let goes = far(&are).max(away);
-            let score = (turned(&are), goes);
-            let is_better = best.as_ref().is_none_or(|(least, _)| score < *least);
-            if is_better && score.0 < turned(&were) && goes <= limit.max(AS_FAR * AS_FAR * far(&were)) {
-                best = Some((score, change));
+        }
+        let looks = nearby.look(&faces);
+        let mut first = 0;
+        let mut best: Option<((usize, f64), Change)> = None;
+        for (change, end) in fine {
+            let (faces, are) = (&faces[first..end], &looks[first..end]);
+            first = end;
+            let away = faces.iter().map(|face| face.distance_squared(change.witness)).fold(f64::INFINITY, f64::min);
+            let goes = are.iter().map(|look| look.far).fold(away, f64::max);
+            let turned = are.iter().filter(|look| look.turned).count();
+            let were = before.of_change(&change).filter(|(_, look)| look.turned).count();
+            let went = before.of_change(&change).map(|(_, look)| look.far).fold(0.0, f64::max);
+            let is_better = best.as_ref().is_none_or(|(least, _)| (turned, goes) < *least);
+            if is_better && turned < were && goes <= limit.max(AS_FAR * AS_FAR * went) {
+                best = Some(((turned, goes), change));
             }
         }
         best.map(|(_, change)| change)
@@ -273,6 +307,8 @@ impl<'a> Field<'a> {
             }
         }
         for (face, corners) in change.faces {
+            let before = self.nodes(face);
+            before.iter().for_each(|&node| self.stirred[node as usize] = true);
             self.draft.mesh.faces[face as usize] = corners;
         }
         for node in change.stale {
@@ -282,6 +318,11 @@ impl<'a> Field<'a> {
 }
 
 impl Triangle {
+    /// The square of twice its area over the square of its longest edge.
+    fn shape(&self) -> f64 {
+        dot(self.normal, self.normal) / (self.longest_squared * self.longest_squared)
+    }
+
     /// The square of the distance to a point.
     fn distance_squared(&self, point: Point) -> f64 {
         // Corners come from single precision.

@@ -8,7 +8,7 @@ use crate::surface::{dot, is_in_reach, normal};
 use crate::{MeshRef, SimplifyError};
 
 /// Cells of the grid that marks what is near, along each axis.
-const CELLS: usize = 64;
+const CELLS: usize = 128;
 
 /// Faces of the original that a thread takes at once.
 const PART: usize = 1 << 13;
@@ -33,9 +33,9 @@ pub(super) struct Look {
 }
 
 impl Nearby {
-    /// What of the original is within the length of its longest edge around each face; `None` if nothing is.
-    pub fn of(original: &MeshRef<'_>, faces: &[Triangle]) -> Result<Option<Self>, SimplifyError> {
-        let Some(grid) = Grid::around(faces) else { return Ok(None) };
+    /// What of the original is within a distance of places; `None` if nothing is.
+    pub fn of(original: &MeshRef<'_>, places: &[(Point, f64)]) -> Result<Option<Self>, SimplifyError> {
+        let Some(grid) = Grid::around(places) else { return Ok(None) };
         let places = |face: &[u32; 3]| face.map(|v| original.positions[v as usize]);
         let is_near = |corners: &[[f32; 3]; 3]| corners.iter().all(|&p| is_in_reach(p)) && grid.holds(corners);
         let near: Vec<[[f32; 3]; 3]> =
@@ -73,8 +73,7 @@ impl Nearby {
                 if !self.is_against(face, found) {
                     return false;
                 }
-                let within =
-                    (AS_NEAR * AS_NEAR * found.distance_squared).max(OF_EDGE * OF_EDGE * face.longest_squared);
+                let within = (AS_NEAR * AS_NEAR * found.distance_squared).max(OF_EDGE * OF_EDGE * face.longest_squared);
                 let reach = within.sqrt();
                 let first = by_start.partition_point(|&(x, _)| f64::from(x) < point[0] - reach - widest);
                 let last = by_start.partition_point(|&(x, _)| f64::from(x) <= point[0] + reach);
@@ -126,48 +125,54 @@ impl Nearby {
     }
 }
 
+/// For each face, true if the nearest face of a mesh looks the other way at one of its points.
+pub(super) fn against(search: &ClosestPoints, faces: &[Triangle]) -> Vec<bool> {
+    let mesh = search.mesh();
+    let of_part = |faces: &[Triangle]| -> Vec<bool> {
+        let points: Vec<Point> = faces.iter().flat_map(Triangle::points).collect();
+        let mut found = vec![ClosestPoint::NONE; points.len()];
+        search.closest(&points, f64::INFINITY, &mut found);
+        let is_against = |face: &Triangle, found: &ClosestPoint| {
+            let corners = mesh.indices.get(found.face as usize);
+            corners.is_some_and(|corners| dot(face.normal, normal(corners.map(|v| mesh.positions[v as usize]))) <= 0.0)
+        };
+        faces.iter().zip(found.chunks(POINTS)).map(|(face, found)| found.iter().any(|f| is_against(face, f))).collect()
+    };
+    // In parts, for memory.
+    faces.chunks(PART).flat_map(of_part).collect()
+}
+
 /// Where a triangle begins and ends along an axis.
 fn span(corners: &[[f32; 3]; 3], axis: usize) -> [f32; 2] {
     let [a, b, c] = corners.map(|corner| corner[axis]);
     [a.min(b).min(c), a.max(b).max(c)]
 }
 
-/// A coarse grid over faces: which cells are near to one.
+/// A coarse grid over places: which cells are near to one.
 struct Grid {
     low: Point,
     /// Cells over lengths.
     scale: Point,
-    /// A bit a cell, a word a row.
-    rows: Vec<u64>,
+    /// A bit a cell.
+    rows: Vec<u128>,
 }
 
-const _: () = assert!(CELLS == u64::BITS as usize, "a row is a word");
+const _: () = assert!(CELLS == u128::BITS as usize, "a row is a word");
 
 impl Grid {
-    fn around(faces: &[Triangle]) -> Option<Self> {
-        let boxes: Vec<[Point; 2]> = faces
-            .iter()
-            .filter(|face| face.is_in_reach)
-            .map(|face| {
-                let margin = face.longest_squared.sqrt();
-                let [a, b, c] = face.corners;
-                [
-                    [0, 1, 2].map(|axis| a[axis].min(b[axis]).min(c[axis]) - margin),
-                    [0, 1, 2].map(|axis| a[axis].max(b[axis]).max(c[axis]) + margin),
-                ]
-            })
-            .collect();
-        let both = |a: [Point; 2], b: &[Point; 2]| {
+    /// With all cells within a distance of each place.
+    fn around(places: &[(Point, f64)]) -> Option<Self> {
+        let ends = |&(place, reach): &(Point, f64)| [place.map(|x| x - reach), place.map(|x| x + reach)];
+        let both = |a: [Point; 2], b: [Point; 2]| {
             [[0, 1, 2].map(|i| a[0][i].min(b[0][i])), [0, 1, 2].map(|i| a[1][i].max(b[1][i]))]
         };
-        let first = *boxes.first()?;
-        let [low, high] = boxes.iter().fold(first, both);
+        let [low, high] = places.iter().map(ends).reduce(both)?;
         let scale = [0, 1, 2].map(|axis| {
             let width = high[axis] - low[axis];
             if width > 0.0 { (CELLS as f64 / width).min(f64::MAX) } else { 0.0 }
         });
         let mut grid = Self { low, scale, rows: vec![0; CELLS * CELLS] };
-        for [low, high] in boxes {
+        for [low, high] in places.iter().map(ends) {
             let (from, to) = (grid.cell(low), grid.cell(high));
             let bits = row(from[0], to[0]);
             for z in from[2]..=to[2] {
@@ -201,6 +206,6 @@ impl Grid {
 }
 
 /// The bits from one to another.
-fn row(from: usize, to: usize) -> u64 {
-    (u64::MAX >> (CELLS - 1 - to)) & (u64::MAX << from)
+fn row(from: usize, to: usize) -> u128 {
+    (u128::MAX >> (CELLS - 1 - to)) & (u128::MAX << from)
 }
