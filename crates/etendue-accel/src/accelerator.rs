@@ -174,7 +174,7 @@ impl Accelerator {
                     let bounds = flat.bounds();
                     return Ok((Structure::Flat(flat), bounds));
                 }
-                let bvh = Bvh::build(world)?;
+                let bvh = Bvh::build(world, isa.usable())?;
                 let bounds = bvh.bounds();
                 (Structure::Bvh(bvh), bounds)
             }

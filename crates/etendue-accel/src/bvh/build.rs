@@ -53,14 +53,21 @@ impl BinaryNode {
 
 /// Builds the tree, reordering the items; at least one item. The root comes first. A subtree of n items has 2n - 1 places;
 /// where threads may share the work, so many are set aside, so that places do not depend on who finishes first.
-pub(crate) fn build(items: &mut [Item], source: Source<'_>) -> Result<Vec<BinaryNode>, BuildError> {
+///
+/// The first items can be set apart, some but not all of them: then the root's left half holds them and its right half the
+/// others.
+pub(crate) fn build(items: &mut [Item], source: Source<'_>, apart: usize) -> Result<Vec<BinaryNode>, BuildError> {
     let places = 2 * items.len() - 1;
     let bytes = (places * size_of::<BinaryNode>()) as u64;
     // Zeroed by the system: what is not used costs nothing.
     let mut nodes = bytemuck::try_zeroed_vec(places).map_err(|()| BuildError::Memory { what: "tree nodes", bytes })?;
     let builder = Builder { source, sole_kind: source.sole_kind() };
     let measure = Measure::of(items);
-    builder.subdivide(items, &mut nodes, &measure, 0, 0);
+    let parts = (1..items.len()).contains(&apart).then(|| {
+        let (first, others) = items.split_at(apart);
+        Parts { middle: apart, measures: [Measure::of(first), Measure::of(others)] }
+    });
+    builder.subdivide(items, &mut nodes, &measure, (0, 0), parts);
     Ok(nodes)
 }
 
@@ -71,30 +78,30 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Builds a subtree whose items have a measure; how many places are used.
+    /// Builds a subtree whose items have a measure, at a place in all items and a depth; how many places are used. Its halves may
+    /// be given.
     fn subdivide(
         &self,
         items: &mut [Item],
         nodes: &mut [BinaryNode],
         measure: &Measure,
-        first: u32,
-        depth: u32,
+        (first, depth): (u32, u32),
+        parts: Option<Parts>,
     ) -> usize {
         let Some((node, below)) = nodes.split_first_mut() else { return 0 };
         let area = measure.bounds.half_area();
         let costs = [area * packs(items.len()); WIDTH - 1];
         *node = BinaryNode { bounds: measure.bounds.bounds(), right: 0, first, count: items.len() as u32, costs };
-        let Some(Parts { middle, measures: [left_measure, right_measure] }) = self.partition(items, measure, depth)
-        else {
-            return 1;
-        };
+        let parts = parts.or_else(|| self.partition(items, measure, depth));
+        let Some(Parts { middle, measures: [left_measure, right_measure] }) = parts else { return 1 };
         let parallel = items.len() > PARALLEL_ITEMS;
         let (left_items, right_items) = items.split_at_mut(middle);
         let right_first = first + middle as u32;
         if !parallel {
-            let left = self.subdivide(left_items, below, &left_measure, first, depth + 1);
+            let left = self.subdivide(left_items, below, &left_measure, (first, depth + 1), None);
             node.right = 1 + left as u32;
-            let right = self.subdivide(right_items, &mut below[left..], &right_measure, right_first, depth + 1);
+            let right_place = (right_first, depth + 1);
+            let right = self.subdivide(right_items, &mut below[left..], &right_measure, right_place, None);
             node.costs = forest_costs(area, &below[0].costs, &below[left].costs);
             return 1 + left + right;
         }
@@ -102,8 +109,8 @@ impl Builder<'_> {
         node.right = 1 + places as u32;
         let (left_nodes, right_nodes) = below.split_at_mut(places);
         let (_, right) = rayon::join(
-            || self.subdivide(left_items, left_nodes, &left_measure, first, depth + 1),
-            || self.subdivide(right_items, right_nodes, &right_measure, right_first, depth + 1),
+            || self.subdivide(left_items, left_nodes, &left_measure, (first, depth + 1), None),
+            || self.subdivide(right_items, right_nodes, &right_measure, (right_first, depth + 1), None),
         );
         node.costs = forest_costs(area, &below[0].costs, &below[places].costs);
         1 + places + right

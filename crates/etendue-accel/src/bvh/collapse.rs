@@ -30,6 +30,9 @@ pub(crate) struct Root {
     pub padding: Padding,
     /// Nodes on the longest way from here.
     pub depth: usize,
+    /// The child word of everything but what was set apart, if anything was. Then the root's node has two children, and this
+    /// is the second.
+    pub others: Option<u32>,
 }
 
 /// Which instance the triangles of a level's packs belong to.
@@ -113,16 +116,23 @@ struct Plan<'a> {
 }
 
 impl Arrays {
-    /// Adds a level over items, which it reorders.
-    pub fn add(&mut self, items: &mut [Item], source: Source<'_>, padding: Padding) -> Result<Root, BuildError> {
+    /// Adds a level over items, which it reorders; so many of the first are set apart, unless these are all.
+    pub fn add(
+        &mut self,
+        items: &mut [Item],
+        source: Source<'_>,
+        padding: Padding,
+        apart: usize,
+    ) -> Result<Root, BuildError> {
         self.owners = Owners::of_level(source, self.packs.len());
         if items.is_empty() {
-            return Ok(Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0 });
+            return Ok(Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0, others: None });
         }
-        let tree = build::build(items, source)?;
+        let apart = if apart < items.len() { apart } else { 0 };
+        let tree = build::build(items, source, apart)?;
         let mut plan =
             Plan { tree: &tree, items, source, arrays: self, drafts: Vec::new(), packs: Vec::new(), depth: 0 };
-        let word = plan.child(0, 1)?;
+        let (word, others) = if apart == 0 { (plan.child(0, 1)?, None) } else { plan.halves()? };
         let Plan { drafts, packs, depth, .. } = plan;
         limited("nodes", self.nodes.len() + drafts.len(), Child::LIMIT)?;
         limited("packs", self.packs.len() + packs.len(), Child::LIMIT)?;
@@ -145,7 +155,7 @@ impl Arrays {
                 std::array::from_fn(|lane| items.get(lane).map_or(0, |item| item.id().instance))
             }));
         }
-        Ok(Root { word: Some(word), bounds: tree[0].bounds, padding, depth })
+        Ok(Root { word: Some(word), bounds: tree[0].bounds, padding, depth, others })
     }
 
     /// What there is so far.
@@ -183,19 +193,33 @@ impl Plan<'_> {
         if binary.is_leaf() {
             return self.leaf(binary.first, binary.count).map(Child::word);
         }
-        self.depth = self.depth.max(depth);
         let (children, count) = open(self.tree, index);
+        let (word, _) = self.node(&children[..count], depth)?;
+        Ok(word)
+    }
+
+    /// Plans a root whose children are the halves of the binary tree: its word and that of the second.
+    fn halves(&mut self) -> Result<(u32, Option<u32>), BuildError> {
+        let (word, place) = self.node(&[1, self.tree[0].right as usize], 1)?;
+        Ok((word, Some(self.drafts[place].words[1])))
+    }
+
+    /// Plans a node with children of the binary tree; its word and its draft's place.
+    fn node(&mut self, children: &[usize], depth: usize) -> Result<(u32, usize), BuildError> {
+        self.depth = self.depth.max(depth);
         let place = self.drafts.len();
         if place == self.drafts.capacity() {
             let more = place.max(64);
             let bytes = (more * size_of::<Draft>()) as u64;
             self.drafts.try_reserve_exact(more).map_err(|_| BuildError::Memory { what: "nodes", bytes })?;
         }
-        self.drafts.push(Draft { children: children.map(|child| child as u32), words: [0; WIDTH], count });
-        for (i, &child) in children[..count].iter().enumerate() {
+        let mut draft = Draft { children: [0; WIDTH], words: [0; WIDTH], count: children.len() };
+        draft.children.iter_mut().zip(children).for_each(|(to, &child)| *to = child as u32);
+        self.drafts.push(draft);
+        for (i, &child) in children.iter().enumerate() {
             self.drafts[place].words[i] = self.child(child, depth + 1)?;
         }
-        Ok(Child::Node((self.arrays.nodes.len() + place) as u32).word())
+        Ok((Child::Node((self.arrays.nodes.len() + place) as u32).word(), place))
     }
 
     fn leaf(&mut self, first_item: u32, count: u32) -> Result<Child, BuildError> {

@@ -3,6 +3,7 @@
 pub(crate) mod beam;
 mod build;
 mod collapse;
+mod large;
 pub(crate) mod node;
 mod packets;
 mod refit;
@@ -12,6 +13,7 @@ mod traverse;
 use crate::bounds::Bounds;
 use crate::error::BuildError;
 use crate::geometry::World;
+use crate::isa::Isa;
 use crate::items::{self, Item};
 use crate::levels;
 use crate::padding::Padding;
@@ -19,6 +21,7 @@ use crate::simd::STACK_ROOM;
 use crate::source::Source;
 
 use collapse::{Arrays, Lengths, Root};
+use large::Large;
 use node::{Node, Pack};
 pub(crate) use traverse::Trace;
 
@@ -37,25 +40,33 @@ pub(crate) struct Bvh {
     stack_len: usize,
     /// Whether the structure fits into a cache.
     cached: bool,
+    /// What the top has apart.
+    large: Option<Large>,
+    isa: Isa,
 }
 
 impl Bvh {
-    pub fn build(world: &World) -> Result<Self, BuildError> {
+    /// For rays on an instruction set.
+    pub fn build(world: &World, isa: Isa) -> Result<Self, BuildError> {
         let mut arrays = Arrays::default();
         let bounds = items::object_bounds(world);
         let objects =
-            levels::objects(world, &bounds, |mut items, source, padding| arrays.add(&mut items, source, padding))?;
+            levels::objects(world, &bounds, |mut items, source, padding| arrays.add(&mut items, source, padding, 0))?;
         let top_start = arrays.lengths();
-        let top = Root { word: None, bounds: Bounds::EMPTY, padding: Padding::new(&Bounds::EMPTY, []), depth: 0 };
-        let mut bvh = Self { arrays, top, objects, top_start, built_area: 0.0, stack_len: 0, cached: false };
+        let padding = Padding::new(&Bounds::EMPTY, []);
+        let top = Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0, others: None };
+        let (built_area, stack_len, cached, large) = (0.0, 0, false, None);
+        let mut bvh = Self { arrays, top, objects, top_start, built_area, stack_len, cached, large, isa };
         let (items, padding) = levels::top(world, &bounds)?;
-        bvh.add_top(items, Source::Top(world), padding)?;
+        bvh.add_top(items, world, padding)?;
         Ok(bvh)
     }
 
     /// Builds the top behind the other levels.
-    fn add_top(&mut self, mut items: Vec<Item>, source: Source<'_>, padding: Padding) -> Result<(), BuildError> {
-        self.top = self.arrays.add(&mut items, source, padding)?;
+    fn add_top(&mut self, mut items: Vec<Item>, world: &World, padding: Padding) -> Result<(), BuildError> {
+        let apart = large::choose(&mut items, world, self.isa);
+        self.large = (0 < apart && apart < items.len()).then(|| Large::new(world, &items, apart)).transpose()?;
+        self.top = self.arrays.add(&mut items, Source::Top(world), padding, apart)?;
         // Each node on the way replaces one entry by at most eight; a level has one at its bottom; vectors are stored whole.
         self.stack_len = (node::WIDTH - 1) * self.depth() + 3 + STACK_ROOM;
         self.cached = self.arrays.bytes() <= traverse::CACHED_BYTES;
@@ -77,7 +88,7 @@ impl Bvh {
     }
 
     pub fn bytes(&self) -> usize {
-        self.arrays.bytes()
+        self.arrays.bytes() + self.large.as_ref().map_or(0, |large| large.flat.bytes())
     }
 
     /// Child word of the top level, `None` if there is nothing.
@@ -130,7 +141,7 @@ mod tests {
         let world = scattered(100_000);
         let bytes = |threads: usize| -> Vec<u8> {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let bvh = pool.install(|| Bvh::build(&world)).unwrap();
+            let bvh = pool.install(|| Bvh::build(&world, Isa::detect())).unwrap();
             let collapse::Owners::Each { lanes, .. } = &bvh.arrays.owners else { panic!("there are two instances") };
             let (nodes, packs) = (bytemuck::cast_slice(&bvh.arrays.nodes), bytemuck::cast_slice(&bvh.arrays.packs));
             [nodes, packs, bytemuck::cast_slice(lanes)].concat()
@@ -142,7 +153,7 @@ mod tests {
     #[test]
     fn every_triangle_is_in_one_leaf_inside_its_boxes() {
         let world = scattered(5_000);
-        let bvh = Bvh::build(&world).unwrap();
+        let bvh = Bvh::build(&world, Isa::detect()).unwrap();
         let arrays = &bvh.arrays;
         let mut seen = vec![0; 5_000];
         let mut pending = vec![(bvh.top.word.unwrap(), bvh.top.bounds)];

@@ -170,7 +170,7 @@ fn trace<S: Simd, const ANY: bool>(
     let places = Places::new(scene);
     let limits = if scene.bvh.cached { CACHED } else { LARGE };
     let mut left = 0_u32;
-    let Some(root) = scene.bvh.top.word else { return (0, true) };
+    let Some(root) = scene.root() else { return (0, true) };
     (stack.enters[0], stack.words[0]) = (beam.t_min, root);
     let mut top = 1;
     while top > 0 {

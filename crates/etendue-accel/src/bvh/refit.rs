@@ -7,7 +7,6 @@ use crate::error::BuildError;
 use crate::geometry::World;
 use crate::items;
 use crate::levels;
-use crate::source::Source;
 
 /// Tops of at most this many primitives and instances are always built anew, which takes about a millisecond.
 const FEW_ITEMS: usize = 4096;
@@ -29,7 +28,7 @@ impl Bvh {
         }
         let (items, padding) = levels::top(world, &objects)?;
         self.arrays.truncate(&self.top_start);
-        self.add_top(items, Source::Top(world), padding)
+        self.add_top(items, world, padding)
     }
 
     /// Sets the boxes of the top from those of instances (by instance). Children come after their parents.
@@ -52,6 +51,10 @@ impl Bvh {
         }
         if let Some(root) = nodes.get(self.top_start.nodes) {
             self.top.bounds = root.bounds();
+        }
+        let others = self.bounds_of_others();
+        if let (Some(large), Some(bounds)) = (&mut self.large, others) {
+            large.bounds = bounds;
         }
     }
 

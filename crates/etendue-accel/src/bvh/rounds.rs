@@ -62,7 +62,7 @@ impl Slot {
     /// Starts a ray. What only rays inside of instances need is left as it was.
     #[inline(always)]
     fn start(&mut self, scene: &Scene<'_>, ray: &Ray, index: usize) -> bool {
-        let (Some((search, ray)), Some(word)) = (Search::start(ray), scene.bvh.top.word) else { return false };
+        let (Some((search, ray)), Some(word)) = (Search::start(ray), scene.root()) else { return false };
         self.search = search;
         self.local = Local::outside(ray, scene.bvh);
         (self.word, self.top, self.index) = (word, self.bottom + 1, index);

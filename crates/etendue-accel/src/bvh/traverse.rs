@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use super::Bvh;
 use super::collapse::Root;
+use super::large::Remains;
 use super::node::{Child, LANES, Node, Pack, WIDTH};
 use super::packets::{BeamStack, Rest, beams};
 use super::rounds::{Rounds, SLOTS};
@@ -45,6 +46,7 @@ struct Rooms {
     stacks: Stacks,
     beams: BeamStack,
     rest: Rest,
+    remains: Remains,
 }
 
 /// What rays have still to visit: child words with the entry distances of their boxes. The stacks of several rays are close to
@@ -104,7 +106,7 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
         let mut rooms = STACKS.take().unwrap_or_default();
-        let Rooms { stacks, beams: beam_stack, rest } = &mut *rooms;
+        let Rooms { stacks, beams: beam_stack, rest, remains } = &mut *rooms;
         let scene = Scene { world: self.world, bvh: self.bvh };
         if self.rays.len() < FEW_RAYS {
             stacks.grow(1, self.bvh.stack_len);
@@ -116,6 +118,17 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
             stacks.grow(SLOTS, self.bvh.stack_len);
             for (number, rays) in self.rays.chunks(CHUNK).enumerate() {
                 let mut finish = |index, hit| (self.finish)(number * CHUNK + index, hit);
+                let rays = match &self.bvh.large {
+                    Some(large) => {
+                        remains.fill::<S, ANY>(simd, (&scene, large), rays, &mut finish);
+                        &remains.rays[..]
+                    }
+                    None => rays,
+                };
+                let mut finish = |place, hit| {
+                    let (index, hit) = if self.bvh.large.is_some() { remains.best(place, hit) } else { (place, hit) };
+                    finish(index, hit);
+                };
                 beams::<S, ANY>(simd, &scene, rays, beam_stack, rest, &mut finish);
                 if !(rest.others.is_empty() && rest.leavers.is_empty()) {
                     Rounds::run::<S, ANY>(simd, scene, (rays, rest), stacks, finish);
@@ -162,6 +175,14 @@ impl Places {
 pub(super) struct Scene<'a> {
     pub world: &'a World,
     pub bvh: &'a Bvh,
+}
+
+impl Scene<'_> {
+    /// Where rays of slices begin: what is apart has been tested before.
+    #[inline(always)]
+    pub fn root(&self) -> Option<u32> {
+        self.bvh.top.others.or(self.bvh.top.word)
+    }
 }
 
 /// A ray in the space of a level.

@@ -1,4 +1,5 @@
-//! Worlds of few primitives, without a tree: sixteen rays at a time meet one primitive after the other.
+//! Worlds of few primitives, without a tree, and the few large ones of others: sixteen rays at a time meet one primitive
+//! after the other.
 //!
 //! Rays are sorted by the axis of their direction's largest component, which is the only thing that the test of a
 //! triangle branches on; rays of one axis fill the lanes of vectors, whether they are near one another or not. A first
@@ -14,11 +15,12 @@ use crate::bounds::Bounds;
 use crate::error::{BuildError, room};
 use crate::geometry::{Geometry, Sphere, World};
 use crate::isa::Isa;
-use crate::items;
+use crate::items::{self, Item};
 use crate::ray::PrimitiveId;
+use crate::source::Source;
 
 pub(crate) use scan::{Group, LANES, Pairs, scan};
-pub(crate) use trace::Trace;
+pub(crate) use trace::{Box16, Flight, Trace};
 
 /// Most triangles of a flat world, with any instruction set.
 pub(crate) const LIMIT: usize = 192;
@@ -47,7 +49,7 @@ struct FlatSphere {
     order: Order,
 }
 
-/// All primitives of a world, in the order of their ids.
+/// Primitives of a world in the order of their ids: all of them, or some of the triangles.
 #[derive(Debug)]
 pub(crate) struct Flat {
     triangles: Vec<FlatTriangle>,
@@ -61,7 +63,7 @@ pub(crate) struct Flat {
 
 /// The most triangles for which no tree is faster, or the number of instances: measured on incoherent rays by
 /// `examples/small_worlds.rs`.
-fn most(isa: Isa) -> usize {
+pub(crate) fn most(isa: Isa) -> usize {
     match isa {
         Isa::Portable => 48,
         Isa::Avx2 => 128,
@@ -117,6 +119,24 @@ impl Flat {
         Ok(Some(flat))
     }
 
+    /// Triangle items of the top level of a world, not more than [`LIMIT`].
+    pub fn of_triangles(world: &World, items: &[Item]) -> Result<Self, BuildError> {
+        let source = Source::Top(world);
+        let mut ids = room("primitives", items.len())?;
+        ids.extend(items.iter().map(Item::id));
+        ids.sort_unstable();
+        let triangle = |(place, &id): (usize, &PrimitiveId)| {
+            let (corners, mask) = (source.triangle(id)?, source.mask(id));
+            Some(FlatTriangle { corners, mask, order: place as Order + 1 })
+        };
+        let mut triangles = room("triangles", ids.len())?;
+        triangles.extend(ids.iter().enumerate().filter_map(triangle));
+        let last = ids.last().map_or(0, |id| id.instance + 1);
+        let mut starts = room("instances", last as usize + 1)?;
+        starts.extend((0..=last).map(|instance| ids.partition_point(|id| id.instance < instance) as Order + 1));
+        Ok(Self { triangles, spheres: Vec::new(), ids, starts, bounds: items::bounds_of(items) })
+    }
+
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
@@ -128,12 +148,17 @@ impl Flat {
             + size_of_val(&self.starts[..])
     }
 
-    /// Where an id stands; 0 if it names nothing.
+    /// Where an id stands; 0 if it names nothing here.
     #[inline(always)]
     fn order_of(&self, id: PrimitiveId) -> Order {
         let Some(&[first, next]) = self.starts.get(id.instance as usize..).and_then(|rest| rest.first_chunk()) else {
             return 0;
         };
-        if id.primitive < next - first { first + id.primitive } else { 0 }
+        let ids = &self.ids[first as usize - 1..next as usize - 1];
+        // All of an instance, or at least the first ones, as a rule.
+        if ids.get(id.primitive as usize) == Some(&id) {
+            return first + id.primitive;
+        }
+        ids.binary_search(&id).map_or(0, |place| first + place as Order)
     }
 }

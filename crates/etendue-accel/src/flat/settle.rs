@@ -35,6 +35,12 @@ impl Best {
         (self.t[place], self.order[place], self.edges[place]) = (t, order, edges);
     }
 
+    /// Where the best hits are, or the ranges end.
+    #[inline(always)]
+    pub fn ends(&self) -> &[f32; LANES] {
+        self.t.first_chunk().expect("as many and more")
+    }
+
     /// What a lane found, with the order instead of the id.
     #[inline(always)]
     pub fn hit(&self, lane: usize) -> (Order, Hit) {

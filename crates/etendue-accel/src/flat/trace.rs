@@ -1,17 +1,19 @@
-//! Slices of rays through a flat world.
+//! Slices of rays through a list of primitives.
 
 use super::scan::{Group, LANES, Pairs};
 use super::settle::{Best, settle};
 use super::{Flat, sphere};
+use crate::bounds::{Bounds, greatest, least};
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
+use crate::padding::{FLATTEST, Padding};
 use crate::ray::{Hit, Ray};
 use crate::simd::Simd;
 
 /// Rays that are sorted together.
 const CHUNK: usize = 512;
 
-/// Searches for a slice of rays; `finish` gets the index of each ray and what was found.
+/// Searches a world that is nothing but a list for a slice of rays; `finish` gets the index of each ray and what was found.
 pub(crate) struct Trace<'a, F, const ANY: bool> {
     pub flat: &'a Flat,
     pub rays: &'a [Ray],
@@ -23,6 +25,35 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
+        let finish = |index, hit, _enters| (self.finish)(index, hit);
+        Flight::<_, ANY> { flat: self.flat, rays: self.rays, beyond: None, finish }.run(simd);
+    }
+}
+
+/// A box for sixteen rays at once, with its padding.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Box16 {
+    pub bounds: Bounds,
+    pub padding: Padding,
+}
+
+/// Searches a list of primitives for a slice of rays. `finish` gets the index of each ray, what was found, and whether the ray
+/// enters the box beyond the list, if there is one, before that.
+pub(crate) struct Flight<'a, F, const ANY: bool> {
+    pub flat: &'a Flat,
+    pub rays: &'a [Ray],
+    pub beyond: Option<Box16>,
+    pub finish: F,
+}
+
+#[inline(always)]
+fn start_of(ray: &Ray) -> f32 {
+    if ray.t_min < 0.0 { 0.0 } else { ray.t_min }
+}
+
+impl<F: FnMut(usize, Hit, bool), const ANY: bool> Flight<'_, F, ANY> {
+    #[inline(always)]
+    pub fn run<S: Simd>(mut self, simd: S) {
         let mut pairs = Pairs::new();
         for (chunk, rays) in self.rays.chunks(CHUNK).enumerate() {
             // The last list is of rays that hit nothing by definition.
@@ -38,17 +69,10 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
             self.axis::<S, 0>(simd, first, &lists[0][..lens[0]], &mut pairs);
             self.axis::<S, 1>(simd, first, &lists[1][..lens[1]], &mut pairs);
             self.axis::<S, 2>(simd, first, &lists[2][..lens[2]], &mut pairs);
-            lists[3][..lens[3]].iter().for_each(|&index| (self.finish)(first + index as usize, Hit::MISS));
+            lists[3][..lens[3]].iter().for_each(|&index| (self.finish)(first + index as usize, Hit::MISS, false));
         }
     }
-}
 
-#[inline(always)]
-fn start_of(ray: &Ray) -> f32 {
-    if ray.t_min < 0.0 { 0.0 } else { ray.t_min }
-}
-
-impl<F: FnMut(usize, Hit), const ANY: bool> Trace<'_, F, ANY> {
     /// The rays of one axis, by their indices from `first`.
     #[inline(always)]
     fn axis<S: Simd, const AXIS: usize>(&mut self, simd: S, first: usize, list: &[u16], pairs: &mut Pairs) {
@@ -59,6 +83,7 @@ impl<F: FnMut(usize, Hit), const ANY: bool> Trace<'_, F, ANY> {
             let mut best = Best::new(&group);
             settle::<AXIS>(&self.flat.triangles, &group, pairs.used(), &mut best);
             sphere::spheres::<AXIS>(&self.flat.spheres, &group, &mut best);
+            let enter = self.beyond.as_ref().map_or(0, |beyond| enter::<AXIS>(beyond, &group, best.ends()));
             for (lane, &index) in indices.iter().enumerate() {
                 let (order, mut hit) = best.hit(lane);
                 hit.id = match order.checked_sub(1) {
@@ -67,7 +92,7 @@ impl<F: FnMut(usize, Hit), const ANY: bool> Trace<'_, F, ANY> {
                     None => Hit::MISS.id,
                 };
                 let hit = if hit.is_hit() { hit } else { Hit::MISS };
-                (self.finish)(first + index as usize, hit);
+                (self.finish)(first + index as usize, hit, enter >> lane & 1 == 1);
             }
         }
     }
@@ -92,4 +117,30 @@ impl<F: FnMut(usize, Hit), const ANY: bool> Trace<'_, F, ANY> {
         }
         group
     }
+}
+
+/// A bit for every ray of a group that enters the padded box in its range, which ends at `ends`: the test of
+/// [`crate::padding::SlabRay`].
+#[inline(always)]
+fn enter<const AXIS: usize>(beyond: &Box16, rays: &Group, ends: &[f32; LANES]) -> u32 {
+    let mut pad = [0.0_f32; LANES];
+    for i in 0..LANES {
+        let reach = greatest(greatest(rays.origin[0][i].abs(), rays.origin[1][i].abs()), rays.origin[2][i].abs());
+        pad[i] = beyond.padding.at(reach);
+    }
+    let (mut enter, mut exit) = (rays.t_min, *ends);
+    for place in 0..3 {
+        let axis = (AXIS + 1 + place) % 3;
+        let (low, high) = (beyond.bounds.min[axis], beyond.bounds.max[axis]);
+        for i in 0..LANES {
+            let (o, d, z) = (rays.origin[place][i], rays.direction[place][i], rays.direction[2][i]);
+            let rate = 1.0 / greatest(d.abs(), z.abs() * FLATTEST).copysign(d);
+            let forward = pad[i].copysign(d);
+            let backward = d.is_sign_negative();
+            let (near, far) = (if backward { high } else { low }, if backward { low } else { high });
+            enter[i] = greatest(near * rate - (o + forward) * rate, enter[i]);
+            exit[i] = least(far * rate - (o - forward) * rate, exit[i]);
+        }
+    }
+    (0..LANES).map(|i| u32::from(enter[i] <= exit[i]) << i).sum()
 }

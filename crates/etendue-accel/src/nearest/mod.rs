@@ -67,7 +67,7 @@ impl ClosestPoints {
         let instances = vec![Instance { geometry: 0, place: Place::World, mask: u32::MAX }];
         let world = World { geometries: vec![Geometry::Triangles(mesh.clone())], instances };
         items::check(&world)?;
-        Ok(Self { mesh: mesh.clone(), bvh: Bvh::build(&world)?, isa })
+        Ok(Self { mesh: mesh.clone(), bvh: Bvh::build(&world, isa)?, isa })
     }
 
     /// The mesh.
