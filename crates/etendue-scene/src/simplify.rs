@@ -112,8 +112,11 @@ impl SimplifyRecord {
 }
 
 fn told(report: &Report) -> Diagnostic {
-    let Report { faces_in, faces_out, stopped, .. } = report;
+    let Report { faces_in, faces_out, turned, stopped, .. } = report;
     match stopped {
+        None if *turned > 0 => Diagnostic::warning(format!(
+            "simplified from {faces_in} to {faces_out} triangles, {turned} of them turned over"
+        )),
         None => Diagnostic::note(format!("simplified from {faces_in} to {faces_out} triangles")),
         Some(stopped) => {
             Diagnostic::warning(format!("simplified from {faces_in} to no less than {faces_out} triangles: {stopped}"))

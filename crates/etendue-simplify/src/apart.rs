@@ -5,12 +5,12 @@
 
 use std::collections::BTreeSet;
 
+use crate::block::MOVED;
 use crate::places::first_at_place;
-use crate::vertex::Kind;
 
 /// Moves vertices that are at the place of another point to the next number in some direction. Vertices with the same owner are
-/// one point.
-pub(crate) fn keep_apart(positions: &mut [[f32; 3]], owners: &[u32], kinds: &[Kind]) {
+/// one point; those whose source is known are in their own place, where no other was in the input.
+pub(crate) fn keep_apart(positions: &mut [[f32; 3]], owners: &[u32], sources: &[u32]) {
     let first = first_at_place(positions);
     let meets = |&v: &usize| owners[first[v] as usize] != owners[v];
     let met: Vec<usize> = (0..positions.len()).filter(meets).collect();
@@ -20,10 +20,9 @@ pub(crate) fn keep_apart(positions: &mut [[f32; 3]], owners: &[u32], kinds: &[Ki
     let mut taken: BTreeSet<[u32; 3]> = positions.iter().map(place).collect();
     for v in met {
         let there = first[v] as usize;
-        // Points that stay were apart in the input.
-        let moves = if kinds[v] == Kind::Fixed { there } else { v };
+        let moves = if sources[v] == MOVED { v } else { there };
         let before = positions[moves];
-        if kinds[moves] == Kind::Fixed || positions[v] != positions[there] {
+        if sources[moves] != MOVED || positions[v] != positions[there] {
             continue;
         }
         let mut after = before;
@@ -48,14 +47,14 @@ mod tests {
     fn points_part_and_wedges_stay_together() {
         let (a, b) = ([1.0, 2.0, 3.0], [-0.0, 0.0, 0.0]);
         let mut positions = [a, b, a, a, [0.0, 0.0, 0.0], b];
-        let kinds = [Kind::Fixed, Kind::Free, Kind::Free, Kind::Fixed, Kind::Free, Kind::Curve];
-        keep_apart(&mut positions, &[7, 1, 2, 7, 4, 5], &kinds);
-        assert_eq!([positions[0], positions[3]], [a; 2], "what is fixed stays");
+        let sources = [3, MOVED, MOVED, 3, MOVED, MOVED];
+        keep_apart(&mut positions, &[7, 1, 2, 7, 4, 5], &sources);
+        assert_eq!([positions[0], positions[3]], [a; 2], "what has not moved stays");
         assert_eq!(positions[2], [1f32.next_up(), 2.0, 3.0]);
         let places: BTreeSet<[u32; 3]> = positions.iter().map(place).collect();
         assert_eq!(places.len(), 5, "{positions:?}");
         let before = positions;
-        keep_apart(&mut positions, &[7, 1, 2, 7, 4, 5], &kinds);
+        keep_apart(&mut positions, &[7, 1, 2, 7, 4, 5], &sources);
         assert_eq!(positions, before);
     }
 }

@@ -17,6 +17,9 @@ const MOST_FACES: usize = 512;
 /// Edges that were refused are asked again when this part of the faces is gone.
 const AGAIN: usize = 6;
 
+/// The source of a vertex that has moved from where all vertices of the input are.
+pub(crate) const MOVED: u32 = u32::MAX;
+
 /// Why an edge is not collapsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Refusal {
@@ -42,6 +45,8 @@ pub(crate) struct Block<'a> {
     pub(super) vertices: &'a mut [Vertex],
     /// Per vertex, the sum of the normals of the original's faces at all that was merged into it, as long as their areas.
     pub(super) facing: &'a mut [Vec3],
+    /// Per vertex, that of the input whose place it has; [`MOVED`] if it has another.
+    pub(super) sources: &'a mut [u32],
     pub(super) wedges: &'a mut [Wedge],
     pub(super) faces: Faces,
     /// Where in `rings` the faces of each vertex are, and how many.
@@ -73,6 +78,7 @@ pub(crate) struct Block<'a> {
 pub(crate) struct Piece<'a> {
     pub vertices: &'a mut [Vertex],
     pub facing: &'a mut [Vec3],
+    pub sources: &'a mut [u32],
     pub wedges: &'a mut [Wedge],
     pub faces: Faces,
 }
@@ -101,7 +107,7 @@ impl Attempt {
 
 impl<'a> Block<'a> {
     pub fn new(metric: &'a Metric, piece: Piece<'a>) -> Self {
-        let Piece { vertices, facing, wedges, faces } = piece;
+        let Piece { vertices, facing, sources, wedges, faces } = piece;
         let (starts, rings) = Rings::new(vertices.len(), &faces.corners).into_parts();
         let spans = starts.windows(2).map(|pair| [pair[0], pair[1] - pair[0]]).collect();
         let live = faces.corners.len();
@@ -110,6 +116,7 @@ impl<'a> Block<'a> {
             metric,
             vertices,
             facing,
+            sources,
             wedges,
             faces,
             spans,
@@ -443,6 +450,9 @@ impl<'a> Block<'a> {
         if first.kind != Kind::Fixed {
             // An end is met exactly, which the sum of differences need not do.
             vertex.position = if place == d { second.position } else { add(first.position, place) };
+            if place != [0.0; 3] {
+                self.sources[a as usize] = if place == d { self.sources[b as usize] } else { MOVED };
+            }
         }
         vertex.stamp = first.stamp.wrapping_add(second.stamp).wrapping_add(1);
         self.facing[a as usize] = add(self.facing[a as usize], self.facing[b as usize]);

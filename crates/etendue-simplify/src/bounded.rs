@@ -6,8 +6,8 @@
 use std::ops::ControlFlow;
 
 use crate::distance::{Side, between};
-use crate::simplify::reduced;
-use crate::{Distance, MeshRef, Options, Progress, Simplified, SimplifyError};
+use crate::simplify::{Reduced, reduced};
+use crate::{Distance, MeshRef, Options, Progress, SimplifyError};
 
 /// Samples each way.
 const SAMPLES: usize = 200_000;
@@ -27,7 +27,7 @@ pub(crate) fn bounded(
     most: f64,
     options: &Options,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Simplified, SimplifyError> {
+) -> Result<Reduced, SimplifyError> {
     let all = mesh.faces.len();
     let original = match Side::of(mesh) {
         Ok(original) => original,
@@ -36,7 +36,7 @@ pub(crate) fn bounded(
     };
     let bound = most + ROUNDING * original.diagonal();
     let mut seconds = [0.0; 3];
-    let mut best: Option<Simplified> = None;
+    let mut best: Option<Reduced> = None;
     let mut bracket = Bracket { fails: 0, holds: all };
     let mut next = (all / 8).max(1);
     for attempt in 0..ATTEMPTS {
@@ -82,11 +82,11 @@ pub(crate) fn bounded(
 /// `None` if nothing is left to measure.
 fn measured(
     original: &Side<'_>,
-    tried: &Simplified,
+    tried: &Reduced,
     seed: u64,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Option<Distance>, SimplifyError> {
-    match Side::of(&tried.mesh.as_ref()) {
+    match Side::of(&tried.draft.mesh.as_ref()) {
         Ok(side) => between(original, &side, SAMPLES, seed, progress).map(Some),
         Err(SimplifyError::NoSurface) => Ok(None),
         Err(error) => Err(error),

@@ -5,7 +5,7 @@
 //! triangle: the shape stays as it is and closed, and has one handle fewer. Scanned surfaces have many, smaller than
 //! their noise.
 
-use crate::block::Block;
+use crate::block::{Block, MOVED};
 use crate::faces::Faces;
 use crate::prepare::from_corner;
 use crate::vector::{add, area_normal, scale, sub};
@@ -155,6 +155,7 @@ impl Block<'_> {
             let vertex = &mut self.vertices[v as usize];
             vertex.position = add(vertex.position, *by);
             vertex.quadric = vertex.quadric.moved(*by);
+            self.sources[v as usize] = MOVED;
         }
         self.cuts += 1;
         for v in ends.as_flattened() {

@@ -24,6 +24,8 @@ pub(crate) struct Work {
     pub vertices: Vec<Vertex>,
     /// See `Piece`.
     pub facing: Vec<Vec3>,
+    /// See `Piece`.
+    pub sources: Vec<u32>,
     pub faces: Faces,
     pub wedges: Option<Wedges>,
     /// Positions are in this unit of the input's.
@@ -115,6 +117,7 @@ pub(crate) fn reduce(
             Piece {
                 vertices: &mut work.vertices,
                 facing: &mut work.facing,
+                sources: &mut work.sources,
                 wedges,
                 faces: std::mem::take(&mut work.faces),
             },
@@ -178,6 +181,7 @@ fn round(
     drop(faces);
     let mut rest = work.vertices.as_mut_slice();
     let mut rest_facing = work.facing.as_mut_slice();
+    let mut rest_sources = work.sources.as_mut_slice();
     let mut rest_wedges = wedges;
     let mut pieces = Vec::with_capacity(blocks);
     for (block, faces) in parts.into_iter().enumerate() {
@@ -188,7 +192,9 @@ fn round(
         rest_wedges = tail;
         let (facing, tail) = rest_facing.split_at_mut(len);
         rest_facing = tail;
-        pieces.push(Piece { vertices, facing, wedges, faces });
+        let (sources, tail) = rest_sources.split_at_mut(len);
+        rest_sources = tail;
+        pieces.push(Piece { vertices, facing, sources, wedges, faces });
     }
     let mut blocks: Vec<Block<'_>> = pieces.into_par_iter().map(|piece| Block::new(metric, piece)).collect();
     // What lies across and what is next to it stays in this round; the rest of the blocks should not pay for it.
@@ -280,6 +286,11 @@ fn join(
     }
     let mut next = 0;
     work.facing.retain(|_| {
+        next += 1;
+        !work.vertices[next - 1].dead
+    });
+    let mut next = 0;
+    work.sources.retain(|_| {
         next += 1;
         !work.vertices[next - 1].dead
     });

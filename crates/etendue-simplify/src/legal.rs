@@ -81,26 +81,14 @@ impl Block<'_> {
         Ok(())
     }
 
-    /// Wedges of the end that goes must all become some of the other; if that moves, all of them must be among these.
+    /// Sets `pairs`. A wedge of one end that meets two of the other, where a seam closes, would become both of them, or they it: one
+    /// side of the seam would have the texture of the other.
     pub(super) fn check_wedges(&mut self, a: u32, b: u32) -> Result<(), Refusal> {
         self.pairs = self.pairs_of(a, b);
-        if self.wedges.is_empty() {
-            return Ok(());
+        match *self.pairs {
+            [[i, j], [k, l]] if i == k || j == l => Err(Refusal::Border),
+            _ => Ok(()),
         }
-        if let [[i, j], [k, l]] = *self.pairs
-            && (i == k || j == l)
-        {
-            return Err(Refusal::Border);
-        }
-        let kinds = [a, b].map(|v| self.vertices[v as usize].kind);
-        for (side, v) in [a, b].into_iter().enumerate() {
-            let stays = kinds[side] > kinds[1 - side];
-            let matched = |face: &Kept| self.pairs.iter().any(|pair| pair[side] == self.wedge(face.face, v));
-            if !stays && !self.kept[side].iter().all(matched) {
-                return Err(Refusal::Border);
-            }
-        }
-        Ok(())
     }
 
     /// True if a border runs between two faces at an edge.

@@ -132,7 +132,7 @@ pub(crate) fn prepare(mesh: &MeshRef<'_>, options: &Options, metric: &Metric) ->
     });
     let faces = Faces { corners: faces, wedges: corners, materials };
     let keep_stand_in = options.polish && !options.fast;
-    (Work { vertices, facing, faces, wedges, unit, stand_in: None, keep_stand_in }, dropped)
+    (Work { vertices, facing, sources: vertex_of, faces, wedges, unit, stand_in: None, keep_stand_in }, dropped)
 }
 
 /// The least power of two that is not below `x`; 1 for 0.

@@ -79,13 +79,15 @@ pub struct Report {
     pub refused: usize,
     /// Faces left out.
     pub dropped: Dropped,
+    /// Faces that are turned over against the nearest original ones, and could not be mended.
+    pub turned: usize,
     /// Why the target was not reached, if it was not.
     pub stopped: Option<Stopped>,
     /// Seconds for topology and quadrics.
     pub prepare_seconds: f64,
     /// Seconds for collapses.
     pub collapse_seconds: f64,
-    /// Seconds for the polish.
+    /// Seconds for the polish, and for mending faces that are turned over.
     pub polish_seconds: f64,
     /// The distance to the input that was measured to reach [`crate::Target::Error`]; `None` for other targets.
     pub distance: Option<Distance>,

@@ -5,7 +5,8 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use crate::{Distance, MeshRef, OneWay, Options, Simplified, Target};
+use crate::simplify::Reduced;
+use crate::{Distance, MeshRef, OneWay, Options, Target};
 
 /// Coordinates whose largest is within these are left as they are.
 const USUAL: [f32; 2] = [1.0 / (1_u32 << 20) as f32, (1_u64 << 40) as f32];
@@ -56,11 +57,11 @@ impl Scale {
     }
 
     /// Back into the unit of the input.
-    pub fn undo(self, simplified: &mut Simplified) {
-        for x in simplified.mesh.positions.as_flattened_mut() {
+    pub fn undo(self, reduced: &mut Reduced) {
+        for x in reduced.draft.mesh.positions.as_flattened_mut() {
             *x = (f64::from(*x) * self.0) as f32;
         }
-        let report = &mut simplified.report;
+        let report = &mut reduced.report;
         report.error_estimate *= self.0;
         report.distance = report.distance.map(|distance| self.undone(distance));
     }

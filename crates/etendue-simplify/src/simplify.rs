@@ -5,23 +5,24 @@ use std::time::Instant;
 
 use etendue_accel::TriangleMesh;
 
-use crate::apart::keep_apart;
 use crate::bounded::bounded;
-use crate::engine::{Work, reduce};
+use crate::draft::Draft;
+use crate::engine::reduce;
 use crate::metric::Metric;
 use crate::polish::polish;
 use crate::prepare::{prepare, validate};
 use crate::scale::Scale;
 use crate::surface::search;
-use crate::vertex::Kind;
-use crate::{Mesh, MeshRef, Options, Placement, Progress, Report, Simplified, SimplifyError, Stage, Target};
+use crate::upright::set_upright;
+use crate::{MeshRef, Options, Placement, Progress, Report, Simplified, SimplifyError, Stage, Target};
 
 /// Simplifies a mesh: collapses edges, the cheapest first, until the target is reached or no edge may be collapsed.
 ///
 /// Vertices at exactly one position are one for the topology; faces with two corners at one position, repeated faces and faces
 /// with coordinates that are not finite are left out and counted. No face turns over, unless it is smaller than the error; no
 /// edge gets more than two faces, no hole is torn or closed; borders of the surface and of materials and seams of attributes stay
-/// where they are. Self-intersections are not looked for. The result depends on the input and the options alone, not on the
+/// where they are. At the end faces that are turned over against the original nearest to them are mended, those that cannot be are
+/// counted. Self-intersections are not looked for. The result depends on the input and the options alone, not on the
 /// number of threads. Indices of locked vertices that are not there are ignored.
 ///
 /// `progress` is called now and then, and may end the work. Takes about 150 bytes a face of the input beside it, without attributes
@@ -54,12 +55,14 @@ pub fn simplify(
 ) -> Result<Simplified, SimplifyError> {
     validate(mesh)?;
     check(options)?;
-    let Some(scale) = Scale::of(&[mesh]) else { return scaled(mesh, options, progress) };
+    let Some(scale) = Scale::of(&[mesh]) else { return scaled(mesh, options, progress).map(Reduced::finish) };
     let positions = scale.positions(mesh);
     let near = MeshRef { positions: &positions, ..*mesh };
-    let mut simplified = scaled(&near, &scale.options(options), progress)?;
-    scale.undo(&mut simplified);
-    Ok(simplified)
+    let mut reduced = scaled(&near, &scale.options(options), progress)?;
+    scale.undo(&mut reduced);
+    // What is very small beside the rest loses digits on the way.
+    reduced.draft.settle(mesh.positions);
+    Ok(reduced.finish())
 }
 
 /// Simplifies a valid mesh of usual size.
@@ -67,11 +70,23 @@ fn scaled(
     mesh: &MeshRef<'_>,
     options: &Options,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Simplified, SimplifyError> {
+) -> Result<Reduced, SimplifyError> {
     match options.target {
         Target::Faces(faces) => reduced(mesh, options, faces, progress),
         Target::Ratio(ratio) => reduced(mesh, options, (mesh.faces.len() as f64 * ratio) as usize, progress),
         Target::Error(most) => bounded(mesh, most, options, progress),
+    }
+}
+
+/// A simplified mesh and how it came about.
+pub(crate) struct Reduced {
+    pub draft: Draft,
+    pub report: Report,
+}
+
+impl Reduced {
+    fn finish(self) -> Simplified {
+        Simplified { mesh: self.draft.mesh, report: self.report }
     }
 }
 
@@ -81,7 +96,7 @@ pub(crate) fn reduced(
     options: &Options,
     faces: usize,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Simplified, SimplifyError> {
+) -> Result<Reduced, SimplifyError> {
     let metric = Metric::new(options);
     let start = Instant::now();
     tell(progress, Stage::Prepare, 0.0)?;
@@ -93,30 +108,44 @@ pub(crate) fn reduced(
     let unit = work.unit;
     // Where nothing was collapsed, all is in its place.
     let stand_in = work.stand_in.take().filter(|_| outcome.collapses > 0);
-    let (mut simplified, kinds) = assemble(work);
+    let mut draft = Draft::of(work, mesh.positions);
     let collapse_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
+    let mut search_stand_in = None;
     if let Some(stand_in) = stand_in {
-        polish(mesh, &search(&borrowed(&stand_in))?, &mut simplified, &kinds, progress)?;
+        let search = search_stand_in.insert(search(&borrowed(&stand_in))?);
+        let before = draft.mesh.positions.clone();
+        polish(mesh, search, &mut draft.mesh, &draft.kinds, progress)?;
+        draft.note_moves(&before);
+        draft.settle(mesh.positions);
     }
+    let turned = if outcome.collapses > 0 {
+        let may_move = options.placement != Placement::Endpoint || options.polish && !options.fast;
+        set_upright(mesh, search_stand_in.as_ref(), may_move, &mut draft, progress)?
+    } else {
+        0
+    };
+    draft.settle(mesh.positions);
     let polish_seconds = start.elapsed().as_secs_f64();
     let report = Report {
         faces_in: mesh.faces.len(),
-        faces_out: simplified.faces.len(),
+        faces_out: draft.mesh.faces.len(),
         vertices_in: mesh.positions.len(),
-        vertices_out: simplified.positions.len(),
+        vertices_out: draft.mesh.positions.len(),
         collapses: outcome.collapses,
         cuts: outcome.cuts,
         refused: outcome.refused,
         dropped,
-        stopped: outcome.stopped,
+        turned,
+        // A vertex that was taken out at the end may have reached it.
+        stopped: outcome.stopped.filter(|_| draft.mesh.faces.len() > faces),
         prepare_seconds,
         collapse_seconds,
         polish_seconds,
         distance: None,
         error_estimate: f64::from(outcome.worst).sqrt() * unit,
     };
-    Ok(Simplified { mesh: simplified, report })
+    Ok(Reduced { draft, report })
 }
 
 fn tell(progress: &mut dyn FnMut(Progress) -> ControlFlow<()>, stage: Stage, done: f32) -> Result<(), SimplifyError> {
@@ -151,29 +180,4 @@ fn check(options: &Options) -> Result<(), SimplifyError> {
 fn borrowed(mesh: &TriangleMesh) -> MeshRef<'_> {
     let (positions, faces) = (&*mesh.positions, &*mesh.indices);
     MeshRef { positions, faces, normals: None, uvs: None, colors: None, materials: None }
-}
-
-/// The mesh, and where its vertices may go.
-fn assemble(mut work: Work) -> (Mesh, Vec<Kind>) {
-    let mut mesh = Mesh { materials: work.faces.materials.take(), ..Mesh::default() };
-    let corners = work.faces.wedges.as_ref().unwrap_or(&work.faces.corners);
-    let mut new_index = vec![u32::MAX; work.wedges.as_ref().map_or(work.vertices.len(), |wedges| wedges.list.len())];
-    for &v in corners.as_flattened() {
-        new_index[v as usize] = 0;
-    }
-    let mut used = Vec::new();
-    for (i, index) in new_index.iter_mut().enumerate().filter(|(_, index)| **index == 0) {
-        *index = used.len() as u32;
-        used.push(i);
-    }
-    let owner = |i: usize| work.wedges.as_ref().map_or(i as u32, |wedges| wedges.list[i].owner);
-    let owners: Vec<u32> = used.iter().map(|&i| owner(i)).collect();
-    mesh.positions = owners.iter().map(|&v| work.place(v)).collect();
-    mesh.faces = corners.iter().map(|face| face.map(|v| new_index[v as usize])).collect();
-    let kinds: Vec<Kind> = owners.iter().map(|&v| work.vertices[v as usize].kind).collect();
-    keep_apart(&mut mesh.positions, &owners, &kinds);
-    if let Some(wedges) = &work.wedges {
-        wedges.write(&mut mesh, used.iter().copied());
-    }
-    (mesh, kinds)
 }

@@ -11,8 +11,9 @@ fn run(mesh: &Mesh, faces: usize) -> Simplified {
     simplify(&mesh.as_ref(), &Options::new(Target::Faces(faces)), &mut carry_on).unwrap()
 }
 
-/// A bumpy field whose texture coordinates are its x and y, cut in two along the middle: the right half's are shifted.
-fn seamed() -> (Mesh, f32) {
+/// A bumpy field whose texture coordinates are its x and y, cut in two along the middle: the right half's are shifted by what
+/// is given for their y.
+fn seamed(shift: impl Fn(f32) -> f32) -> (Mesh, f32) {
     let mut mesh = grid(48, |x, y| 0.05 * (8.0 * x).sin() * (6.0 * y).cos());
     let xs = mesh.positions.iter().map(|p| p[0]);
     let line = 0.5 * (xs.clone().fold(f32::MAX, f32::min) + xs.fold(f32::MIN, f32::max));
@@ -27,7 +28,7 @@ fn seamed() -> (Mesh, f32) {
                     *to = mesh.positions.len() as u32;
                     let p = mesh.positions[*v as usize];
                     mesh.positions.push(p);
-                    uvs.push([p[0] + 5.0, p[1]]);
+                    uvs.push([p[0] + shift(p[1]), p[1]]);
                 }
                 *v = *to;
             }
@@ -39,7 +40,7 @@ fn seamed() -> (Mesh, f32) {
 
 #[test]
 fn texture_coordinates_follow_and_seams_stay() {
-    let (mesh, line) = seamed();
+    let (mesh, line) = seamed(|_| 5.0);
     let result = run(&mesh, 400);
     // An edge of the border takes one face with it, one inside two.
     assert!((399..=400).contains(&result.mesh.faces.len()));
@@ -57,6 +58,26 @@ fn texture_coordinates_follow_and_seams_stay() {
     let findings = check(&result.mesh.as_ref());
     assert_eq!(findings.boundary_loops, 1);
     assert!(findings.is_manifold());
+}
+
+#[test]
+fn both_sides_of_a_seam_that_closes_at_a_point_keep_their_texture() {
+    // Half way up both sides have the same texture coordinates: one wedge there, two at its neighbours on the seam.
+    let shift = |y: f32| 5.0 * (y - 0.5);
+    let (mesh, line) = seamed(shift);
+    for (faces, polish) in [(400, false), (120, false), (120, true)] {
+        let options = Options { polish, ..Options::new(Target::Faces(faces)) };
+        let result = simplify(&mesh.as_ref(), &options, &mut carry_on).unwrap().mesh;
+        let uvs = result.uvs.as_ref().unwrap();
+        for face in &result.faces {
+            let right = face.iter().map(|&v| result.positions[v as usize][0]).sum::<f32>() / 3.0 > line;
+            for &v in face {
+                let (p, uv) = (result.positions[v as usize], uvs[v as usize]);
+                let wanted = p[0] + if right { shift(p[1]) } else { 0.0 };
+                assert!((uv[0] - wanted).abs() < 0.1 && (uv[1] - p[1]).abs() < 0.05, "to {faces}: {p:?} has {uv:?}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -181,6 +181,10 @@ fn tell(args: &SimplifyArgs, model: &MeshFile, report: &Report, seconds: &Second
         let left = counted(report.faces_out, "triangle");
         report::warning(&format!("the target is not reached, {left} are left: {stopped}"));
     }
+    if report.turned > 0 {
+        let what = counted(report.turned, "triangle");
+        report::warning(&format!("{what} turned over against the original beside, as thin or folded parts may have"));
+    }
     if args.quiet {
         return;
     }

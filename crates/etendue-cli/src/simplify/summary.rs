@@ -34,6 +34,8 @@ pub struct Summary {
     refused: usize,
     /// Faces of the input that were left out.
     dropped: DroppedEntry,
+    /// Faces turned over against the original that could not be mended.
+    turned: usize,
     /// Why the target was not reached; `null` if it was.
     stopped: Option<String>,
     seconds: Seconds,
@@ -73,6 +75,7 @@ impl Summary {
                 duplicate: dropped.duplicate,
                 non_finite: dropped.non_finite,
             },
+            turned: report.turned,
             stopped: report.stopped.as_ref().map(ToString::to_string),
             seconds,
             peak_memory,

@@ -14,7 +14,7 @@ pub(super) fn follow(mesh: &mut Mesh, net: &Net, positions: &[[f32; 3]], points:
     let moved: Vec<bool> =
         net.node.iter().map(|&node| positions[node as usize] != net.positions[node as usize]).collect();
     if mesh.uvs.is_some() || mesh.colors.is_some() {
-        continue_at(mesh, &moved, |vertex| positions[net.node[vertex] as usize].map(f64::from));
+        continue_all(mesh, &moved, |vertex| positions[net.node[vertex] as usize].map(f64::from));
     }
     if mesh.normals.is_some() {
         renew_normals(mesh, &moved, points);
@@ -24,8 +24,22 @@ pub(super) fn follow(mesh: &mut Mesh, net: &Net, positions: &[[f32; 3]], points:
     }
 }
 
+/// Texture coordinates and colours of a vertex that goes to another place, from its faces about the old one.
+pub(crate) fn continue_at(mesh: &mut Mesh, vertex: usize, faces: &[u32], there: [f64; 3]) {
+    if mesh.uvs.is_none() && mesh.colors.is_none() {
+        return;
+    }
+    let Some((corners, weights)) = place(mesh, faces, there) else { return };
+    if let Some(uvs) = &mut mesh.uvs {
+        uvs[vertex] = mixed(uvs, &corners, &weights);
+    }
+    if let Some(colors) = &mut mesh.colors {
+        colors[vertex] = mixed(colors, &corners, &weights).map(|x: f32| x.clamp(0.0, 1.0));
+    }
+}
+
 /// Texture coordinates and colours at new places.
-fn continue_at(mesh: &mut Mesh, moved: &[bool], there: impl Fn(usize) -> [f64; 3]) {
+fn continue_all(mesh: &mut Mesh, moved: &[bool], there: impl Fn(usize) -> [f64; 3]) {
     let incident = Grouped::new(mesh.positions.len(), &mesh.faces);
     let places: Vec<Option<([u32; 3], [f64; 3])>> = (0..mesh.positions.len())
         .map(|vertex| if moved[vertex] { place(mesh, incident.of(vertex as u32), there(vertex)) } else { None })

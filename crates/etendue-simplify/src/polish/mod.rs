@@ -16,6 +16,8 @@ use etendue_accel::ClosestPoints;
 
 use crate::vertex::Kind;
 use crate::{Mesh, MeshRef, Progress, SimplifyError, Stage};
+pub(crate) use attributes::continue_at;
+pub(crate) use net::Grouped;
 use net::Net;
 use rounds::Rounds;
 

@@ -23,7 +23,7 @@ pub(super) struct Net {
 }
 
 /// Lists of numbers, one after the other.
-pub(super) struct Grouped {
+pub(crate) struct Grouped {
     starts: Vec<u32>,
     items: Vec<u32>,
 }

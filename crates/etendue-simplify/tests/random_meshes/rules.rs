@@ -19,8 +19,8 @@ pub struct Input {
     used: BTreeSet<Place>,
     /// Places at open edges of those.
     open: BTreeSet<Place>,
-    /// True if coordinates have all their digits in the engine, which works near 1: none is very far beyond the others.
-    exact: bool,
+    /// True if no vertex is so far off that the rest is of the size of rounding beside it, where the shape of faces is not seen.
+    even: bool,
 }
 
 impl Input {
@@ -54,8 +54,11 @@ impl Input {
             }
         }
         let open = edges.into_iter().filter(|(_, faces)| *faces == 1).flat_map(|(ends, _)| ends).collect();
-        let exact = used.iter().flatten().all(|bits| f32::from_bits(*bits).abs() < 1e30);
-        Self { mesh, found, used, open, exact }
+        let size = |place: &Place| place.iter().map(|bits| f32::from_bits(*bits).abs()).fold(0.0, f32::max);
+        let mut sizes: Vec<f32> = used.iter().map(size).collect();
+        sizes.sort_unstable_by(f32::total_cmp);
+        let even = sizes.last().is_none_or(|last| last * 1e-6 <= sizes[sizes.len() / 2]);
+        Self { mesh, found, used, open, even }
     }
 
     /// What the target means in faces; `None` if it is an error.
@@ -100,7 +103,7 @@ impl Input {
         holds(bad == [0; 3], || format!("faces that are none: {bad:?}"))?;
         let odd = |found: &Findings| found.non_manifold_edges.count + found.misoriented_edges.count;
         for (what, now, was) in [
-            ("faces without area", after.flat.count, if self.exact { before.flat.count } else { usize::MAX }),
+            ("faces without area", after.flat.count, if self.even { before.flat.count } else { usize::MAX }),
             ("faces twice", after.duplicates.count, before.duplicates.count),
             ("non-manifold edges", after.non_manifold_edges.count, before.non_manifold_edges.count),
             ("non-manifold vertices", after.non_manifold_vertices.count, before.non_manifold_vertices.count),
@@ -124,9 +127,6 @@ impl Input {
     }
 
     fn places(&self, options: &Options, result: &Simplified) -> Result<(), String> {
-        if !self.exact {
-            return Ok(());
-        }
         let now: BTreeSet<Place> = result.mesh.positions.iter().copied().map(place).collect();
         for &v in &options.locked {
             let Some(&p) = self.mesh.positions.get(v as usize) else { continue };

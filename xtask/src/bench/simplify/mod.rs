@@ -33,6 +33,7 @@ Simplifies the Stanford dragon and models of the project's own, all tools in tur
   --file PATH     a model of any format that is read instead of these; its figures are printed, not kept
   --faces N,...   of --file: to so many faces
   --claim         both forms of the quadric beside each other, for each placement, without polish (ours alone)
+  --curve         error over time: at seven numbers of faces, ours in four ways and, with --peers, meshoptimizer
   --turns N       times that each is timed (default 5; of what takes more than 5 s, 2)
   --samples N     points of each distance, each way (default 300000)
   --quick         2 turns, 30000 points: to see that all works
@@ -57,6 +58,7 @@ struct Wish {
     file: Option<PathBuf>,
     faces: Vec<usize>,
     claim: bool,
+    curve: bool,
 }
 
 impl Wish {
@@ -70,6 +72,7 @@ impl Wish {
             file: None,
             faces: vec![],
             claim: false,
+            curve: false,
         };
         let mut rest = arguments.iter();
         while let Some(&argument) = rest.next() {
@@ -99,6 +102,7 @@ impl Wish {
                     wish.faces = sizes?;
                 }
                 "--claim" => wish.claim = true,
+                "--curve" => wish.curve = true,
                 _ => return Err(format!("`{argument}` is no option\n\n{HELP}")),
             }
         }
@@ -107,6 +111,9 @@ impl Wish {
         }
         if wish.file.is_some() && !wish.models.is_empty() {
             return Err("--file or --model, not both".to_owned());
+        }
+        if wish.curve && (wish.claim || wish.file.is_some()) {
+            return Err("--curve goes with neither --claim nor --file".to_owned());
         }
         Ok(wish)
     }
@@ -134,26 +141,45 @@ pub fn run(arguments: &[&str]) -> Result<(), String> {
         Some(file) => vec![session.file(file)?],
         None => models::ALL.iter().filter(|model| wish.wants(model)).map(Model::subject).collect::<Result<_, _>>()?,
     };
-    for subject in subjects {
+    for mut subject in subjects {
+        if wish.curve {
+            subject.sizes = along(&subject.sizes);
+        }
         let mut tools = if wish.claim {
             tools::both_forms(&session.program)
         } else {
-            tools::ours(&session.program, subject.is_own)
+            tools::ours(&session.program, subject.is_own || wish.curve)
         };
         if wish.peers && !wish.claim {
-            tools.extend(tools::theirs()?);
+            tools.extend(if wish.curve { tools::fastest()? } else { tools::theirs()? });
         }
         let result = session.measure(&subject, &mut tools)?;
         if wish.file.is_none() {
-            let what = if wish.claim { CLAIM } else { "simplify" };
+            let what = match (wish.claim, wish.curve) {
+                (true, _) => CLAIM,
+                (_, true) => CURVE,
+                _ => "simplify",
+            };
             keep(&format!("{what}-{}", subject.name), &result)?;
         }
     }
     Ok(())
 }
 
-/// What results of `--claim` begin with.
+/// What results of `--claim` and of `--curve` begin with.
 const CLAIM: &str = "simplify-claim";
+const CURVE: &str = "simplify-curve";
+
+/// Numbers of faces of a curve.
+const STEPS: usize = 7;
+
+/// Numbers of faces in equal ratios, from half the least to twice the most.
+fn along(sizes: &[usize]) -> Vec<usize> {
+    let (least, most) = sizes.iter().fold((usize::MAX, 0), |(least, most), &n| (least.min(n), most.max(n)));
+    let (first, ratio) = (0.5 * least as f64, 4.0 * most as f64 / least as f64);
+    let step = |i: usize| first * libm::pow(ratio, i as f64 / (STEPS - 1) as f64);
+    (0..STEPS).map(|i| step(i).round() as usize).collect()
+}
 
 /// Where models and what comes of them are.
 fn place() -> PathBuf {
@@ -203,7 +229,8 @@ impl Session<'_> {
         let sizes: Result<Vec<Value>, String> =
             model.sizes.iter().map(|&faces| self.size(model, faces, tools)).collect();
         let middle = model.sizes.get(1).copied().unwrap_or(0);
-        let sigma = if model.is_own && !self.wish.claim { self.sigmas(path, middle)? } else { json!([]) };
+        let sigma =
+            if model.is_own && !self.wish.claim && !self.wish.curve { self.sigmas(path, middle)? } else { json!([]) };
         Ok(json!({
             "model": model.name,
             "what": model.what,
@@ -348,6 +375,8 @@ mod tests {
         let parse = |text: &str| Wish::parse(&text.split_whitespace().collect::<Vec<_>>());
         let some = parse("--model gear --peers --turns 3").unwrap();
         assert_eq!((some.peers, some.turns, some.models.len()), (true, 3, 1));
+        assert!(parse("--curve --peers").unwrap().curve);
+        assert_eq!(along(&[1000, 4000]), [500, 794, 1260, 2000, 3175, 5040, 8000]);
         assert_eq!(parse("--quick").unwrap().samples, 30_000);
         assert!(models::ALL.iter().all(|model| parse("").unwrap().wants(model)));
         let file = parse("--file a.obj --faces 200,50").unwrap();
@@ -357,6 +386,8 @@ mod tests {
             "--faces 9",
             "--file a.obj --faces 9 --model gear",
             "--file a.obj --faces 9,x",
+            "--curve --claim",
+            "--curve --file a.obj --faces 9",
             "--model",
             "--model other",
             "--turns 0",

@@ -1,6 +1,6 @@
 //! The tables of docs/simplify.md.
 
-use super::{CLAIM, kept, scenes};
+use super::{CLAIM, CURVE, kept, scenes};
 use crate::root;
 use serde_json::Value;
 use std::{fmt::Write, fs};
@@ -18,7 +18,8 @@ pub fn page() -> Result<(), String> {
     let page = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let split = page.split_once(MARKS[0]).and_then(|(a, b)| Some((a, b.split_once(MARKS[1])?.1)));
     let (before, after) = split.ok_or_else(|| format!("{}: {} is missing", path.display(), MARKS.join(" or ")))?;
-    let page = format!("{before}{}\n{}{}{after}", MARKS[0], tables(&results) + &claim(&kept(CLAIM)), MARKS[1]);
+    let tables = tables(&results) + &curves(&kept(CURVE)) + &claim(&kept(CLAIM));
+    let page = format!("{before}{}\n{tables}{}{after}", MARKS[0], MARKS[1]);
     scenes::write(&path, page.as_bytes())?;
     println!("{} models written to {}", results.len(), path.display());
     Ok(())
@@ -54,12 +55,7 @@ fn tables(results: &[Value]) -> String {
             result["samples"]
         );
         let sizes = list(&result["sizes"]);
-        let titles: Vec<String> = sizes.iter().map(|size| format!("to {}", size["faces"])).collect();
-        let _ = writeln!(out, "| tool | {} |\n|---|{}", titles.join(" | "), "---|".repeat(sizes.len()));
-        for (i, tool) in sizes.first().map_or(&[][..], |size| list(&size["tools"])).iter().enumerate() {
-            let cells: Vec<String> = sizes.iter().map(|size| cell(size, i)).collect();
-            let _ = writeln!(out, "| {} | {} |", text(&tool["name"]), cells.join(" | "));
-        }
+        out += &by_size(sizes, cell);
         for size in sizes.iter().filter(|size| size["check"].is_object()) {
             let [rms, largest] = ["rms", "largest"].map(|key| number(&size["check"][key]));
             let _ = write!(out, "\nMeshLab's distances over ours at {}: {rms:.4}, {largest:.4}.", size["faces"]);
@@ -76,6 +72,35 @@ fn tables(results: &[Value]) -> String {
         }
     }
     out.push('\n');
+    out
+}
+
+/// A row for each tool, a column for each size.
+fn by_size(sizes: &[Value], cell: fn(&Value, usize) -> String) -> String {
+    let mut out = String::new();
+    let titles: Vec<String> = sizes.iter().map(|size| format!("to {}", size["faces"])).collect();
+    let _ = writeln!(out, "| tool | {} |\n|---|{}", titles.join(" | "), "---|".repeat(sizes.len()));
+    for (i, tool) in sizes.first().map_or(&[][..], |size| list(&size["tools"])).iter().enumerate() {
+        let cells: Vec<String> = sizes.iter().map(|size| cell(size, i)).collect();
+        let _ = writeln!(out, "| {} | {} |", text(&tool["name"]), cells.join(" | "));
+    }
+    out
+}
+
+/// Error over time, for each model: seconds, rms / largest.
+fn curves(results: &[Value]) -> String {
+    let short = |size: &Value, tool: usize| {
+        let cell = cell(size, tool);
+        let (seconds, rest) = cell.split_once(" (").unwrap_or((&cell, ""));
+        format!("{seconds}; {}", rest.split_once("; ").map_or("", |(_, errors)| errors))
+    };
+    let mut out = String::new();
+    for result in results {
+        let (model, turns, samples) = (text(&result["model"]), &result["turns"], &result["samples"]);
+        let _ = writeln!(out, "### Error over time: {model}\n\n{turns} turns, {samples} points each way.\n");
+        out += &by_size(list(&result["sizes"]), short);
+        out.push('\n');
+    }
     out
 }
 
@@ -154,6 +179,15 @@ mod tests {
         ] {
             assert!(page.contains(part), "{part} in {page}");
         }
+    }
+
+    #[test]
+    fn curves_have_seconds_and_errors() {
+        let tool = json!({ "name": "A", "seconds": [0.5, 0.4, 0.6], "faces": 12, "rms": 1e-4, "largest": 2e-3 });
+        let size = |faces: u64| json!({ "faces": faces, "tools": [tool] });
+        let result = json!({ "model": "cube", "turns": 5, "samples": 100, "sizes": [size(10), size(20)] });
+        let page = curves(&[result]);
+        assert!(page.contains("| A | 0.500 s; 1.00 / 20.0 (12 faces) | 0.500 s; **1.00** / **20.0** |"), "{page}");
     }
 
     #[test]

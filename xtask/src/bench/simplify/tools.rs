@@ -49,18 +49,23 @@ pub fn both_forms(program: &Path) -> Vec<Tool> {
 
 /// The others, built and installed if they are not there.
 pub fn theirs() -> Result<Vec<Tool>, String> {
-    let program = meshoptimizer()?;
-    let compiled = Conversation::start("meshoptimizer", &mut Command::new(program), "")?;
+    let mut all = fastest()?;
     SIMPLIFIERS.install()?;
-    let python = SIMPLIFIERS.start()?;
-    let tools = |conversation: Conversation, names: &[&str]| {
-        let shared = Rc::new(RefCell::new(conversation));
-        let tool = |name: &&str| Tool { name: (*name).to_owned(), kind: Kind::Theirs(shared.clone()) };
-        names.iter().map(tool).collect::<Vec<_>>()
-    };
-    let mut all = tools(compiled, &["meshoptimizer", "meshoptimizer, positions updated"]);
-    all.extend(tools(python, &["fast-simplification", "pyfqmr", MESHLAB, "open3d"]));
+    all.extend(of_conversation(SIMPLIFIERS.start()?, &["fast-simplification", "pyfqmr", MESHLAB, "open3d"]));
     Ok(all)
+}
+
+/// The fastest of the others, both ways.
+pub fn fastest() -> Result<Vec<Tool>, String> {
+    let compiled = Conversation::start("meshoptimizer", &mut Command::new(meshoptimizer()?), "")?;
+    Ok(of_conversation(compiled, &["meshoptimizer", "meshoptimizer, positions updated"]))
+}
+
+/// Tools that share a process.
+fn of_conversation(conversation: Conversation, names: &[&str]) -> Vec<Tool> {
+    let shared = Rc::new(RefCell::new(conversation));
+    let tool = |name: &&str| Tool { name: (*name).to_owned(), kind: Kind::Theirs(shared.clone()) };
+    names.iter().map(tool).collect()
 }
 
 /// The one that measures too.
