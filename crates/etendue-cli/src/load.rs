@@ -3,7 +3,7 @@
 use crate::{
     args::RenderArgs,
     exit::{Exit, Failure},
-    model, report, scene_input,
+    model, report, scene_input, stale,
 };
 use etendue::{
     camera::CameraSettings,
@@ -88,6 +88,7 @@ pub fn load(
         .and_then(|input| Timeline::new(&description, input, &mut sources, &limits))
         .map_err(|found| refused(&found, &sources))?;
     tell(&timeline.input().findings, &sources);
+    tell(&stale::check(&args.input, &description, &timeline), &sources);
     if !args.quiet {
         tell_imports(args, timeline.input());
     }

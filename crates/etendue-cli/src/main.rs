@@ -22,6 +22,7 @@ mod scene_input;
 mod signals;
 mod simplify;
 mod simulate;
+mod stale;
 mod summary;
 mod tools;
 

@@ -5,7 +5,7 @@ use crate::{
     animation::{AnimationRecord, LengthRecord, Varying},
     build::{self, textures::Textures},
     description::{CameraRecord, Focus, Lens, SceneDescription},
-    keyframes::{self, Recording},
+    keyframes::{self, Made, Recording},
     read::Part,
     track::PoseTrack,
 };
@@ -90,6 +90,7 @@ pub struct Timeline {
     /// By the description's objects.
     movers: Vec<Option<Mover>>,
     placed: Vec<std::ops::Range<usize>>,
+    made: Option<Made>,
 }
 
 impl Timeline {
@@ -112,6 +113,7 @@ impl Timeline {
             folder: description.folder.clone(),
             movers: vec![None; description.objects.len()],
             placed: input.placed.clone(),
+            made: None,
             input,
         };
         let mut found = Diagnostics::new();
@@ -131,7 +133,10 @@ impl Timeline {
         if let Some(record) = &description.animation.keyframes {
             let path = description.folder.join(&record.file.value);
             match keyframes::read(&path, sources, limits) {
-                Ok(recording) => timeline.use_keyframes(&recording, description, &mut found),
+                Ok(recording) => {
+                    timeline.use_keyframes(&recording, description, &mut found);
+                    timeline.made = Some(recording.made);
+                }
                 Err(errors) => errors.iter().for_each(|error| {
                     let placed = if error.origin.is_none() {
                         error.clone().at(record.file.origin.clone())
@@ -180,6 +185,11 @@ impl Timeline {
     /// What moves an object of the description, if anything does.
     pub fn track(&self, object: usize) -> Option<&PoseTrack> {
         self.movers.get(object)?.as_ref().map(|mover| &mover.track)
+    }
+
+    /// What the file of poses that was read says of how it was made.
+    pub fn made(&self) -> Option<&Made> {
+        self.made.as_ref()
     }
 
     /// Another camera in the place of one without keys.
