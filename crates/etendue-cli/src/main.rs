@@ -4,6 +4,7 @@
 
 mod animate;
 mod args;
+mod bodies;
 mod convert;
 mod diff;
 mod exit;

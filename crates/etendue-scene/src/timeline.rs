@@ -49,7 +49,11 @@ impl Clock {
 
     /// The moment of a frame.
     pub fn moment(&self, frame: u32) -> Moment {
-        let time = self.time(frame);
+        self.moment_at(self.time(frame))
+    }
+
+    /// The moment of a frame at a time, seconds.
+    pub fn moment_at(&self, time: f64) -> Moment {
         Moment { time, shutter: self.shutter.map(|part| time + part * self.interval) }
     }
 }
@@ -67,6 +71,11 @@ impl Moment {
     /// With a shutter that is open for no time.
     pub fn at(time: f64) -> Self {
         Self { time, shutter: [time; 2] }
+    }
+
+    /// Up to when motion is needed, seconds.
+    pub fn end(&self) -> f64 {
+        self.shutter[1].max(self.time)
     }
 }
 
@@ -228,6 +237,11 @@ impl Timeline {
                 (last > clock.start).then(|| up_to(last - clock.start).map(|frames| (frames + 1e-6) as u32 + 1))?
             }
         }
+    }
+
+    /// True if anything moves or changes: it has keys, or poses from a file or a simulation.
+    pub fn changes_ever(&self) -> bool {
+        self.movers.iter().any(Option::is_some) || Part::ALL.into_iter().any(|part| self.varying.has(part))
     }
 
     /// The time of the last key of anything, seconds; `None` if nothing has keys.

@@ -5,6 +5,7 @@ use crate::{
     Settings, VideoError,
     encoder::Format,
     h264::{H264, ParameterSets, key_every},
+    note,
 };
 use std::io::{self, Seek, SeekFrom, Write};
 
@@ -60,7 +61,15 @@ impl Format for Mp4<'_> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<(), VideoError> {
+    fn finish(mut self, note: Option<&str>) -> Result<(), VideoError> {
+        if let Some(note) = note {
+            let mut out = Vec::new();
+            boxed(&mut out, b"uuid", |out| {
+                out.extend_from_slice(&note::BOX);
+                out.extend_from_slice(note.as_bytes());
+            });
+            self.writer.write_all(&out)?;
+        }
         let end = self.writer.stream_position()?;
         let head = self.head(&self.sizes);
         self.writer.seek(SeekFrom::Start(self.start))?;
@@ -149,8 +158,9 @@ impl Index<'_> {
         [rate.frames() * finer, rate.seconds() * finer]
     }
 
-    /// Width and height of what players show: 4:2:0 has even sides, so an odd one shows its last column or row twice.
-    fn shown(&self) -> [u32; 2] {
+    /// Width and height of what decoders give: 4:2:0 has even sides, so that an odd one has its last column or row twice. What is to be
+    /// shown is said by a clean aperture.
+    fn decoded(&self) -> [u32; 2] {
         self.settings.size.map(|n| n.next_multiple_of(2))
     }
 
@@ -174,7 +184,7 @@ impl Index<'_> {
             put64(out, self.duration());
             put(out, [0, 0, 0, 0]);
             put_matrix(out);
-            put(out, self.shown().map(|n| n << 16));
+            put(out, self.settings.size.map(|n| n << 16));
         });
         boxed(out, b"mdia", |out| {
             full(out, b"mdhd", 1, 0, |out| {
@@ -237,7 +247,7 @@ impl Index<'_> {
     fn sample_entry(&self, out: &mut Vec<u8>) {
         put16(out, [0, 0, 0, 1]);
         put(out, [0; 4]);
-        put16(out, self.shown().map(|n| n as u16));
+        put16(out, self.decoded().map(|n| n as u16));
         put(out, [0x48_0000, 0x48_0000, 0]); // 72 dots an inch
         put16(out, [1]);
         out.extend_from_slice(&[0; 32]);
@@ -260,5 +270,18 @@ impl Index<'_> {
             out.push(0); // limited range
         });
         boxed(out, b"pasp", |out| put(out, [1, 1]));
+        if self.decoded() != self.settings.size {
+            boxed(out, b"clap", |out| self.clean_aperture(out));
+        }
+    }
+
+    /// Without the last column and row where their number is odd (12.1.4): the size, and how far its middle is from that of what
+    /// is decoded; all as fractions.
+    fn clean_aperture(&self, out: &mut Vec<u8>) {
+        let size = self.settings.size;
+        put(out, [size[0], 1, size[1], 1]);
+        for (shown, decoded) in size.into_iter().zip(self.decoded()) {
+            put(out, [shown.wrapping_sub(decoded), 2]);
+        }
     }
 }
