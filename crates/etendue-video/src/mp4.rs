@@ -158,9 +158,9 @@ impl Index<'_> {
         [rate.frames() * finer, rate.seconds() * finer]
     }
 
-    /// Width and height of what decoders give: 4:2:0 has even sides, so that an odd one has its last column or row twice. What is to be
-    /// shown is said by a clean aperture.
-    fn decoded(&self) -> [u32; 2] {
+    /// Width and height of what players show: 4:2:0 has even sides, so an odd one shows its last column or row twice. A clean aperture
+    /// (12.1.4) could say so, but FFmpeg 9 rounds it down to even and loses a column instead, and all of a picture of one pixel.
+    fn shown(&self) -> [u32; 2] {
         self.settings.size.map(|n| n.next_multiple_of(2))
     }
 
@@ -184,7 +184,7 @@ impl Index<'_> {
             put64(out, self.duration());
             put(out, [0, 0, 0, 0]);
             put_matrix(out);
-            put(out, self.settings.size.map(|n| n << 16));
+            put(out, self.shown().map(|n| n << 16));
         });
         boxed(out, b"mdia", |out| {
             full(out, b"mdhd", 1, 0, |out| {
@@ -247,7 +247,7 @@ impl Index<'_> {
     fn sample_entry(&self, out: &mut Vec<u8>) {
         put16(out, [0, 0, 0, 1]);
         put(out, [0; 4]);
-        put16(out, self.decoded().map(|n| n as u16));
+        put16(out, self.shown().map(|n| n as u16));
         put(out, [0x48_0000, 0x48_0000, 0]); // 72 dots an inch
         put16(out, [1]);
         out.extend_from_slice(&[0; 32]);
@@ -270,18 +270,5 @@ impl Index<'_> {
             out.push(0); // limited range
         });
         boxed(out, b"pasp", |out| put(out, [1, 1]));
-        if self.decoded() != self.settings.size {
-            boxed(out, b"clap", |out| self.clean_aperture(out));
-        }
-    }
-
-    /// Without the last column and row where their number is odd (12.1.4): the size, and how far its middle is from that of what
-    /// is decoded; all as fractions.
-    fn clean_aperture(&self, out: &mut Vec<u8>) {
-        let size = self.settings.size;
-        put(out, [size[0], 1, size[1], 1]);
-        for (shown, decoded) in size.into_iter().zip(self.decoded()) {
-            put(out, [shown.wrapping_sub(decoded), 2]);
-        }
     }
 }
