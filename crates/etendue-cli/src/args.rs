@@ -295,6 +295,6 @@ mod tests {
     #[test]
     fn exposure_may_be_negative() {
         let cli = Cli::try_parse_from(["etendue", "render", "a.toml", "--exposure", "-2"]).unwrap();
-        assert!(matches!(cli.command, Some(Command::Render(args)) if args.display.exposure == Some(-2.0)));
+        assert!(matches!(cli.command, Some(Command::Render(args)) if args.render.display.exposure == Some(-2.0)));
     }
 }

@@ -248,6 +248,20 @@ fn a_whole_film_is_not_rendered_again() {
     assert_eq!(hashes(&again), hashes(&all));
 }
 
+/// Without the encoder an MP4 is refused before anything is rendered, and a film without a name is a GIF.
+#[cfg(not(feature = "h264"))]
+#[test]
+fn mp4_that_was_left_out_is_told() {
+    let folder = folder();
+    for name in ["film.mp4", "film.m4v"] {
+        let told = folder.run(&format!("animate moving.toml -o {name} -o f.%d.png")).with_code(3);
+        told.saying(&["MP4 was left out of this program", "C++ compiler", "write .gif, .apng or numbered pictures"]);
+        assert_eq!(files(&folder), [""; 0]);
+    }
+    folder.run("animate moving.toml --quiet").with_code(0);
+    assert_eq!(files(&folder), ["moving.gif"]);
+}
+
 #[cfg(feature = "h264")]
 #[test]
 fn a_film_of_a_bare_model_turns() {

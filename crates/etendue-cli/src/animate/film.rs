@@ -153,7 +153,10 @@ fn encode_error(error: VideoError) -> EncodeError {
 /// Why a film cannot be made.
 pub fn failure_of(error: &VideoError) -> Failure {
     let (exit, hint) = match error {
-        VideoError::LeftOut { .. } => (Exit::Unsupported, "write .gif, .apng or numbered pictures"),
+        VideoError::LeftOut { .. } => (
+            Exit::Unsupported,
+            "write .gif, .apng or numbered pictures, or build with a C++ compiler and without --no-default-features",
+        ),
         VideoError::TooLarge { .. } => (Exit::Usage, "give a smaller --size, or write numbered pictures"),
         VideoError::TooFast { .. } | VideoError::TooSlow { .. } | VideoError::BadRate { .. } => {
             (Exit::Usage, "give another --fps, or another format")
