@@ -81,6 +81,9 @@ impl Moment {
     }
 }
 
+/// Motions while the shutter is open, by the index of what moves.
+type Motions = Vec<(usize, Motion)>;
+
 /// Of one object: its way, and which of the parts' objects it is.
 #[derive(Clone, Debug)]
 struct Mover {
@@ -309,11 +312,11 @@ impl Timeline {
     }
 
     /// The lights of a moment, and the motions of those that move while the shutter is open.
-    fn lights(&self, moment: Moment) -> Result<(Vec<DeltaLight>, Vec<(usize, Motion)>), Diagnostics> {
+    fn lights(&self, moment: Moment) -> Result<(Vec<DeltaLight>, Motions), Diagnostics> {
         let at = |time| Ok::<_, Diagnostics>(self.varying.lights(time)?.iter().map(|light| light.value).collect());
         let mut lights: Vec<DeltaLight> = at(moment.time)?;
         let [open, close] = moment.shutter;
-        let mut motions = Vec::new();
+        let mut motions = Motions::new();
         if close > open {
             let shares = self.stages(Part::Lights, moment);
             let stages = shares.iter().map(|share| at(open + (close - open) * share));
