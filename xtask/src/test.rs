@@ -14,9 +14,13 @@ pub fn run() -> bool {
     let mut doc = cargo(&["doc", "--locked", "--workspace", "--no-deps"]);
     doc.env("RUSTDOCFLAGS", "-D warnings");
     let clippy = ["clippy", "--locked", "--workspace", "--all-targets", "--", "-D", "warnings"];
+    let without_mp4 =
+        ["clippy", "--locked", "-p", "etendue-video", "-p", "etendue-cli", "--no-default-features", "--all-targets"];
+    let without_mp4 = [&without_mp4[..], &["--", "-D", "warnings"]].concat();
     let ok = step("rules on files", hygiene::check)
         && step("formatting", || succeeds(&mut cargo(&["fmt", "--all", "--check"])))
         && step("lints", || succeeds(&mut cargo(&clippy)))
+        && step("lints without MP4", || succeeds(&mut cargo(&without_mp4)))
         && step("tests", || counts.run(&mut cargo(&["test", "--locked", "--workspace"])))
         && step("films by FFmpeg", || films::test(&mut counts))
         && step("documentation", || succeeds(&mut doc));

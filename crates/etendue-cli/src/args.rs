@@ -7,6 +7,7 @@ mod labels;
 mod model;
 mod simplify;
 mod simulate;
+mod still;
 
 pub use animate::{AnimateArgs, FrameRange};
 use clap::{Args, Parser, Subcommand, builder::TypedValueParser, value_parser};
@@ -25,6 +26,7 @@ pub use model::{ModelArgs, SceneArgs};
 pub use simplify::SimplifyArgs;
 pub use simulate::SimulateArgs;
 use std::{path::PathBuf, str::FromStr};
+pub use still::StillArgs;
 
 /// Physically based Monte Carlo rendering on the CPU
 #[derive(Debug, Parser)]
@@ -59,7 +61,7 @@ Exit codes: 0 done, 1 usage, 2 bad input, 3 unsupported, 4 cannot write,
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene or a model into picture files
-    Render(Box<RenderArgs>),
+    Render(Box<StillArgs>),
     /// Render a scene that moves, or a model that turns, into numbered pictures or a film
     #[command(mut_arg("output", |arg| arg.help(animate::OUTPUT)))]
     Animate(Box<AnimateArgs>),
@@ -81,26 +83,8 @@ pub enum Command {
     Man(ManArgs),
 }
 
-const RENDER_EXAMPLES: &str = "\
-Examples:
-  etendue render scenes/cornell-box.toml
-  etendue render bunny.obj
-  etendue render part.stl --up z --view front --material aluminium
-  etendue render cow.obj --env sky.hdr --transparent -o cow.png
-  etendue render scene.toml -o quick.png --size 320x240 --spp 16
-  etendue render scene.toml -o out.exr --aov albedo,normal,depth --spp 1024 --seed 7
-  etendue render scene.toml -o out.png --labels object,depth,visibility --labels-format npy
-  etendue render scene.toml -o detail.exr --size 1920x1080 --crop 960,500,1060,600
-  etendue render scene.toml --json --quiet | jq .film_hash
-
-Options given here replace what the scene file says. The picture depends on the scene, --spp,
---size, --seed, --depth, --sampler, --integrator, --filter and --transparent; never on --threads, --accel,
---tile, --wave or --isa. While it renders, the files are refreshed every few seconds. Ctrl-C
-stops after the tiles in work and writes what there is; a second one stops at once.";
-
-/// Arguments of `etendue render`.
+/// Arguments of everything that renders.
 #[derive(Debug, Args)]
-#[command(before_help = RENDER_EXAMPLES, allow_negative_numbers = true)]
 pub struct RenderArgs {
     /// Scene file (.toml), script of the older renderer (.cfg), or a model (.obj, .ply, .stl, .off, also .gz)
     pub input: PathBuf,
@@ -311,6 +295,6 @@ mod tests {
     #[test]
     fn exposure_may_be_negative() {
         let cli = Cli::try_parse_from(["etendue", "render", "a.toml", "--exposure", "-2"]).unwrap();
-        assert!(matches!(cli.command, Some(Command::Render(args)) if args.display.exposure == Some(-2.0)));
+        assert!(matches!(cli.command, Some(Command::Render(args)) if args.render.display.exposure == Some(-2.0)));
     }
 }

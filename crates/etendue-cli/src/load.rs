@@ -3,7 +3,7 @@
 use crate::{
     args::RenderArgs,
     exit::{Exit, Failure},
-    model, report, scene_input,
+    model, report, scene_input, stale,
 };
 use etendue::{
     camera::CameraSettings,
@@ -88,6 +88,7 @@ pub fn load(
         .and_then(|input| Timeline::new(&description, input, &mut sources, &limits))
         .map_err(|found| refused(&found, &sources))?;
     tell(&timeline.input().findings, &sources);
+    tell(&stale::check(&args.input, &description, &timeline), &sources);
     if !args.quiet {
         tell_imports(args, timeline.input());
     }
@@ -202,31 +203,13 @@ fn set<T>(value: &mut T, by: Option<T>) {
 }
 
 impl Loaded {
-    /// Builds the scene, as it is at the animation's start, and its accelerator.
-    pub fn build(self, args: &RenderArgs) -> Result<Job, Failure> {
-        let start = self.timeline.animation().start;
-        let moment = Moment::at(start);
-        let camera = self.camera_at(start)?;
-        let settings = self.settings(args);
-        let accelerator =
-            AcceleratorSettings { kind: self.timeline.input().accelerator, isa: self.isa, threads: settings.threads };
-        let input = self.timeline.input();
-        let job = (input.film.clone(), input.display, names(input), hash_of(input), subjects(input, args));
-        let parts = self.timeline.into_parts(moment).map_err(|found| refused(&found, &self.sources))?;
-        let scene = build_scene(parts, &accelerator, args)?;
-        let (film, display, object_names, scene_hash, subjects) = job;
-        let film = FilmSettings { crop: args.crop.or(film.crop), ..film };
-        Ok(Job { scene, accelerator, camera, film, settings, display, object_names, subjects, scene_hash })
-    }
-
-    /// As [`Self::build`], at a moment; the scene stays, for others.
-    pub fn build_at(&self, moment: Moment, args: &RenderArgs) -> Result<Job, Failure> {
+    /// All of a job but the scene, which is empty, at a moment.
+    pub fn outline(&self, moment: Moment, args: &RenderArgs) -> Result<Job, Failure> {
         let input = self.timeline.input();
         let settings = self.settings(args);
         let accelerator = AcceleratorSettings { kind: input.accelerator, isa: self.isa, threads: settings.threads };
-        let parts = self.timeline.parts(moment).map_err(|found| refused(&found, &self.sources))?;
         let mut job = Job {
-            scene: build_scene(parts, &accelerator, args)?,
+            scene: build_scene(SceneParts::default(), &accelerator, args)?,
             accelerator,
             camera: input.camera,
             film: FilmSettings { crop: args.crop.or(input.film.crop), ..input.film.clone() },
@@ -238,6 +221,21 @@ impl Loaded {
         };
         self.aim(&mut job, moment)?;
         Ok(job)
+    }
+
+    /// The scene at a moment, with its accelerator, and all else that a render needs. No other moment is wanted any more.
+    pub fn build(self, moment: Moment, args: &RenderArgs) -> Result<Job, Failure> {
+        let mut job = self.outline(moment, args)?;
+        let parts = self.timeline.into_parts(moment).map_err(|found| refused(&found, &self.sources))?;
+        job.scene = build_scene(parts, &job.accelerator, args)?;
+        Ok(job)
+    }
+
+    /// Gives a job that has none the scene at a moment.
+    pub fn raise(&self, job: &mut Job, moment: Moment, args: &RenderArgs) -> Result<(), Failure> {
+        let parts = self.timeline.parts(moment).map_err(|found| refused(&found, &self.sources))?;
+        job.scene = build_scene(parts, &job.accelerator, args)?;
+        Ok(())
     }
 
     /// Points the camera as it is at a moment.

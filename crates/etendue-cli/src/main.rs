@@ -4,6 +4,7 @@
 
 mod animate;
 mod args;
+mod bodies;
 mod convert;
 mod diff;
 mod exit;
@@ -22,6 +23,7 @@ mod scene_input;
 mod signals;
 mod simplify;
 mod simulate;
+mod stale;
 mod summary;
 mod tools;
 

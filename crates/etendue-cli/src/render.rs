@@ -1,10 +1,12 @@
 //! `etendue render`: a scene file in, pictures out.
 
 use crate::{
-    args::RenderArgs,
+    args::{RenderArgs, StillArgs},
+    bodies,
     exit::{Exit, Failure},
     labels::{self, LabelWriter, Wanted},
-    load, manifest,
+    load::{self, Loaded},
+    manifest,
     outputs::{Outputs, RefreshClock},
     progress::{ProgressView, TICK},
     report,
@@ -19,16 +21,21 @@ use etendue::{
     render::{RenderControl, RenderError, render},
     scene::MAX_NESTED,
 };
-use etendue_scene::output::{Metadata, Window, hash};
+use etendue_scene::{
+    output::{Metadata, Window, hash},
+    timeline::{Clock, Moment},
+};
 use std::{
     panic,
+    path::{Path, PathBuf},
     sync::Arc,
     thread,
     time::{Duration, Instant},
 };
 
 /// Renders as the arguments say.
-pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
+pub fn run(still: &StillArgs) -> Result<Exit, Failure> {
+    let args = &still.render;
     let outputs = Outputs::plan(&args.output, &args.input)?;
     let wanted = Wanted::of_still(&args.labels)?;
     let stem = labels::stem(outputs.first());
@@ -42,11 +49,22 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     let mut seconds = Seconds::default();
 
     let clock = Instant::now();
-    let loaded = load::load(args, |_| Ok(()))?;
+    let mut loaded = load::load(args, |_| Ok(()))?;
+    let moment = moment(still, &loaded);
+    if is_timed(still) {
+        bodies::simulate(&mut loaded, Some(moment.end()), &|| false, args.quiet)?;
+    } else if !args.quiet && (loaded.timeline.changes_ever() || bodies::are_simulated(&loaded.description)) {
+        tell_of_time(&loaded);
+    }
     seconds.load = lap(clock);
     let clock = Instant::now();
-    let time = loaded.timeline.animation().start;
-    let job = loaded.build(args)?;
+    let (mut job, files) = match wanted {
+        Some(wanted) => labelled(&loaded, moment, wanted, &stem, args)?,
+        None => (loaded.build(moment, args)?, Vec::new()),
+    };
+    if let Some(frame) = still.frame {
+        job.settings.seed = seed_of(job.settings.seed, frame);
+    }
     seconds.build = lap(clock);
     if !job.film.aovs.is_empty() && !outputs.keeps_layers() {
         report::warning("layers are asked for, but only .exr files hold them");
@@ -54,11 +72,8 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
     warn_of_darkness(&job);
 
     let film = new_film(&job.film, args)?;
-    let files = match wanted {
-        Some(wanted) => LabelWriter::new(&job, wanted)?.still(&job, time, &stem)?,
-        None => Vec::new(),
-    };
-    let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, quiet: args.quiet };
+    let time = is_timed(still).then_some(moment.time);
+    let session = Session { job: &job, film: &film, outputs: &outputs, control: &control, time, quiet: args.quiet };
     signals.start_work();
     let clock = Instant::now();
     session.render()?;
@@ -81,6 +96,57 @@ pub fn run(args: &RenderArgs) -> Result<Exit, Failure> {
         report::result(&summary.json())?;
     }
     Ok(if signals.interrupted() { Exit::Interrupted } else { Exit::Done })
+}
+
+/// True if the picture is of a time that the arguments say.
+fn is_timed(still: &StillArgs) -> bool {
+    still.frame.is_some() || still.time.is_some()
+}
+
+/// When the picture is taken: with a frame's shutter if the arguments name a time, else at the start without one.
+fn moment(still: &StillArgs, loaded: &Loaded) -> Moment {
+    let times = Clock::new(loaded.timeline.animation());
+    let framed = still.frame.map(|frame| times.moment(frame));
+    framed.or(still.time.map(|time| times.moment_at(time))).unwrap_or(Moment::at(times.start))
+}
+
+/// Says that there is more than the picture shows.
+fn tell_of_time(loaded: &Loaded) {
+    let start = loaded.timeline.animation().start;
+    let bodies = match bodies::are_simulated(&loaded.description) {
+        true => ", with its bodies where they start",
+        false => "",
+    };
+    report::say(format!(
+        "the scene moves, and this is its state at {start} s{bodies}: --time T or --frame K shows another, etendue animate all"
+    ));
+}
+
+/// A job whose labels, which are taken without motion blur, have been written; and their files.
+fn labelled(
+    loaded: &Loaded,
+    moment: Moment,
+    wanted: Wanted,
+    stem: &Path,
+    args: &RenderArgs,
+) -> Result<(load::Job, Vec<PathBuf>), Failure> {
+    let sharp = Moment::at(moment.time);
+    let mut job = loaded.outline(sharp, args)?;
+    loaded.raise(&mut job, sharp, args)?;
+    let files = LabelWriter::new(&job, wanted)?.still(&job, moment.time, stem)?;
+    if moment != sharp {
+        loaded.aim(&mut job, moment)?;
+        loaded.advance(&mut job, moment)?;
+    }
+    Ok((job, files))
+}
+
+/// Another seed for each frame (the finaliser of SplitMix64, Steele, Lea and Flood 2014).
+pub fn seed_of(seed: u64, frame: u32) -> u64 {
+    let mut mixed = seed.wrapping_add((u64::from(frame) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    mixed ^ (mixed >> 31)
 }
 
 /// An empty film.
@@ -120,6 +186,8 @@ struct Session<'a> {
     film: &'a Film,
     outputs: &'a Outputs,
     control: &'a RenderControl,
+    /// Scene time, seconds, if it was asked for.
+    time: Option<f64>,
     quiet: bool,
 }
 
@@ -165,7 +233,11 @@ impl Session<'_> {
 
     fn write(&self, image: &Image, seconds: f64) -> Result<(), Failure> {
         let encode = self.job.display.encoder();
-        Ok(self.outputs.write(image, &metadata(self.job, self.film, image, seconds), &encode)?)
+        let mut metadata = metadata(self.job, self.film, image, seconds);
+        if let Some(time) = self.time {
+            metadata = metadata.with("time", time);
+        }
+        Ok(self.outputs.write(image, &metadata, &encode)?)
     }
 
     fn summary(&self, image: &Image, seconds: Seconds, film_hash: String) -> Summary {
@@ -264,6 +336,13 @@ fn quote(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn seeds_differ() {
+        let seeds: std::collections::BTreeSet<u64> = (0..1000).map(|frame| seed_of(7, frame)).collect();
+        assert_eq!(seeds.len(), 1000);
+        assert_ne!(seed_of(0, 1), seed_of(1, 0));
+    }
 
     #[test]
     fn words_are_quoted_for_a_shell() {

@@ -111,6 +111,38 @@ fn a_frame_is_a_picture_of_the_scene_at_its_time() {
     assert_eq!(render.json()["film_hash"], hashes(&held)[0]);
 }
 
+/// A still of a frame is that frame, with its motion blur; one of a time has the noise of a still.
+#[test]
+fn a_still_is_of_a_frame_or_of_a_time() {
+    let folder = folder();
+    let all = folder.run("animate moving.toml -o f.%d.png --json").with_code(0);
+    for frame in [0, 3] {
+        let still = folder.run(&format!("render moving.toml -o s.png -o s.exr --json --frame {frame}")).with_code(0);
+        assert_eq!(still.json()["film_hash"], hashes(&all)[frame]);
+        assert_eq!(folder.image("s.png").f32_channel("R"), folder.image(&format!("f.{frame}.png")).f32_channel("R"));
+    }
+    let held = folder.run("animate moving.toml -o h.%d.png --json --fixed-noise").with_code(0);
+    let timed = folder.run("render moving.toml -o s.png --json --time 0.3").with_code(0);
+    assert_eq!(timed.json()["film_hash"], hashes(&held)[3]);
+    assert_ne!(timed.json()["film_hash"], hashes(&held)[2]);
+    let said = "the scene moves, and this is its state at 0 s";
+    assert!(!timed.stderr.contains(said));
+    // Without either it is the start, and that is said, unless nobody wants to hear anything or nothing moves.
+    folder.run("render moving.toml -o s.png").with_code(0).saying(&[said, "--time T or --frame K"]);
+    for words in ["render moving.toml -o s.png --quiet", "render scene.toml -o s.png"] {
+        assert!(!folder.run(words).with_code(0).stderr.contains("moves"), "{words}");
+    }
+    // Labels are those of the frame, without blur.
+    folder.run("render moving.toml -o s.png --labels all --labels-format npy --frame 3").with_code(0);
+    folder.run("animate moving.toml -o l.%d.png --frames 3 --labels all --labels-format npy").with_code(0);
+    for label in ["object", "depth", "normal", "position"] {
+        let read = |name: &str| fs::read(folder.path(&format!("{name}.{label}.npy"))).unwrap();
+        assert_eq!(read("s"), read("l.3"), "{label}");
+    }
+    folder.run("render moving.toml --frame 1 --time 1").with_code(1);
+    folder.run("render moving.toml --time nan").with_code(1);
+}
+
 #[test]
 fn noise_differs_unless_it_is_held() {
     let folder = Folder::new();
@@ -167,6 +199,69 @@ fn films_are_made_of_frames_and_leave_nothing() {
     assert_eq!(frames(&whole)[0]["outputs"].as_array().unwrap().len(), 3);
 }
 
+/// A film that is whole says what it was made of, and is not made again.
+#[test]
+fn a_whole_film_is_not_rendered_again() {
+    let folder = folder();
+    let mut names = vec!["film.gif", "film.png"];
+    if cfg!(feature = "h264") {
+        names.push("film.mp4");
+    }
+    let resumed = |ended: &Ended| -> Vec<bool> { frames(ended).iter().map(|frame| frame["resumed"] == true).collect() };
+    for name in &names {
+        let words = format!("animate moving.toml -o {name} --json --labels object --resume");
+        let all = folder.run(&words).with_code(0);
+        assert_eq!(resumed(&all), [false; 5]);
+        let film = fs::read(folder.path(name)).unwrap();
+        let written = fs::metadata(folder.path(name)).unwrap().modified().unwrap();
+        let again = folder.run(&words).with_code(0).saying(&["5 frames were there already"]);
+        assert_eq!((resumed(&again), hashes(&again)), (vec![true; 5], hashes(&all)), "{name}");
+        assert_eq!(frames(&again)[0]["outputs"], frames(&all)[0]["outputs"]);
+        assert_eq!(fs::metadata(folder.path(name)).unwrap().modified().unwrap(), written);
+        // Labels that are gone are made again, without a picture.
+        fs::remove_file(folder.path(&format!("{name}.labels/frame.000002.labels.json"))).unwrap();
+        let again = folder.run(&words).with_code(0).saying(&["5 frames were there already"]);
+        assert_eq!((resumed(&again), hashes(&again)), (vec![true; 5], hashes(&all)), "{name}");
+        assert_eq!(frames(&again)[2]["labels"].as_array().unwrap().len(), 2, "{again:?}");
+        assert!(folder.path(&format!("{name}.labels/frame.000002.labels.json")).exists());
+        // What makes another film is rendered; so is one that is damaged, and without --resume all is.
+        for (other, count) in [("--frames 0-3", 4), ("--spp 5", 5), ("--fps 12", 5), ("--fixed-noise", 5)] {
+            assert_eq!(resumed(&folder.run(&format!("{words} {other}")).with_code(0)), vec![false; count], "{other}");
+        }
+        folder.put(name, &film[..film.len() - 40]);
+        assert_eq!(resumed(&folder.run(&words).with_code(0)), [false; 5]);
+        assert_eq!(fs::read(folder.path(name)).unwrap(), film);
+        assert_eq!(resumed(&folder.run(&words.replace("--resume", "")).with_code(0)), [false; 5]);
+        folder.put("moving.toml", MOVING.replace("fps = 10", "fps = 10\nspeed = 2"));
+        assert_eq!(resumed(&folder.run(&words).with_code(0)), [false; 5]);
+        folder.put("moving.toml", MOVING);
+        fs::remove_dir_all(folder.path(&format!("{name}.labels"))).unwrap();
+    }
+    names.sort_unstable();
+    assert_eq!(files(&folder), names);
+    // With others: what is whole stays, and of the rest what is missing is made.
+    let words = "animate moving.toml -o film.gif -o f.%d.exr --json --resume";
+    let all = folder.run(words).with_code(0);
+    fs::remove_file(folder.path("f.3.exr")).unwrap();
+    let again = folder.run(words).with_code(0);
+    assert_eq!(resumed(&again), [true, true, true, false, true]);
+    assert_eq!(hashes(&again), hashes(&all));
+}
+
+/// Without the encoder an MP4 is refused before anything is rendered, and a film without a name is a GIF.
+#[cfg(not(feature = "h264"))]
+#[test]
+fn mp4_that_was_left_out_is_told() {
+    let folder = folder();
+    for name in ["film.mp4", "film.m4v"] {
+        let told = folder.run(&format!("animate moving.toml -o {name} -o f.%d.png")).with_code(3);
+        told.saying(&["MP4 was left out of this program", "C++ compiler", "write .gif, .apng or numbered pictures"]);
+        assert_eq!(files(&folder), [""; 0]);
+    }
+    folder.run("animate moving.toml --quiet").with_code(0);
+    assert_eq!(files(&folder), ["moving.gif"]);
+}
+
 #[cfg(feature = "h264")]
 #[test]
 fn a_film_of_a_bare_model_turns() {
@@ -213,6 +308,9 @@ fn bodies_fall() {
     assert_eq!(frames(&all).len(), 5);
     let one = folder.run("animate fall.toml -o b.%d.png --json --frames 4").with_code(0);
     assert_eq!(hashes(&one)[0], hashes(&all)[4]);
+    // One picture of it is that of `etendue render`.
+    let still = folder.run("render fall.toml -o d.png --json --frame 3").with_code(0);
+    assert_eq!(still.json()["film_hash"], hashes(&all)[3]);
     // From a file that was simulated before, the same, to the bit.
     folder.run("simulate fall.toml -o m.json --duration 0.5 --quiet").with_code(0);
     let baked = folder.run("animate fall.toml -o c.%d.png --json --keyframes m.json").with_code(0);
@@ -322,76 +420,4 @@ fn killed_runs_leave_nothing_broken() {
     folder.run(&format!("{words} --resume")).with_code(0);
     assert_eq!(fs::read(folder.path("film.gif")).unwrap(), fs::read(folder.path("whole.gif")).unwrap());
     assert!(!dir.exists());
-}
-
-/// Boxes that all turn and shift, each in its own way, over a floor.
-fn many_boxes(count: u32, size: [u32; 2], spp: u32, frames: u32) -> String {
-    let [width, height] = size;
-    let mut scene = format!(
-        "[camera]\nposition = [0, 6, 12]\nlook_at = [0, 1, 0]\n[film]\nsize = [{width}, {height}]\n[sampler]\nspp = {spp}\n\
-         [environment]\nradiance = 1\n[animation]\nframes = {frames}\nshutter = 0.5\n\
-         [[objects]]\nshape = \"rectangle\"\nsize = [40, 40]\ntransform = [{{ rotate = {{ axis = \"x\", angle = -90 }} }}]\n"
-    );
-    for i in 0..count {
-        let (x, z) = (f64::from(i % 20) * 0.6 - 6.0, f64::from(i / 20) * 0.6 - 3.0);
-        scene += &format!(
-            "[[objects]]\nshape = \"box\"\nsize = 0.4\ntransform = [{{ translate = [{x}, 0.5, {z}] }}]\n\
-             motion = {{ rotate = {{ axis = [1, {}, 0.5], angle = {{ keys = [[0, 0], [40, 9000]] }} }}, \
-             translate = {{ keys = [[0, [0, 0, 0]], [40, [0, {}, 0]]] }} }}\n",
-            i % 7,
-            1 + i % 5
-        );
-    }
-    scene
-}
-
-/// True if long runs are asked for.
-fn proves() -> bool {
-    std::env::var_os("ETENDUE_PROVE").is_some()
-}
-
-/// Reading the scene and bringing it from frame to frame is little beside rendering.
-#[test]
-fn rebuilding_takes_little_time() {
-    let folder = Folder::new();
-    // A twentieth at the size that matters; of a small picture the share is larger.
-    let (size, spp, frames, most) = if proves() { ([640, 360], 32, 100, 0.05) } else { ([160, 90], 8, 6, 0.25) };
-    folder.put("many.toml", many_boxes(200, size, spp, frames));
-    let ended = folder.run("animate many.toml -o f.%d.png --stats").with_code(0);
-    let seconds = |name: &str| -> f64 {
-        let line = ended.stderr.lines().find(|line| line.starts_with(name)).unwrap();
-        line.split_whitespace().nth(1).unwrap().parse().unwrap()
-    };
-    let (work, render) = (seconds("load") + seconds("rebuild"), seconds("render"));
-    assert!(work < most * (work + render), "{work} s beside {render} s");
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn memory_does_not_grow_from_frame_to_frame() {
-    use std::io::{BufRead, BufReader};
-    let (frames, settled) = if proves() { (1000, 100) } else { (160, 60) };
-    let folder = Folder::new();
-    folder.put("many.toml", many_boxes(200, [16, 9], 1, frames));
-    let mut child =
-        folder.command("animate many.toml -o f.%d.png --json --quiet").stdout(Stdio::piped()).spawn().unwrap();
-    let status = format!("/proc/{}/status", child.id());
-    let kibibytes = || -> f64 {
-        let text = fs::read_to_string(&status).unwrap_or_default();
-        let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap_or("0 kB");
-        line.trim().trim_end_matches(" kB").parse().unwrap()
-    };
-    let (mut early, mut late, mut count) = (0.0, 0.0, 0);
-    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
-        let _: Value = serde_json::from_str(&line.unwrap()).unwrap();
-        match count {
-            n if n == settled => early = kibibytes(),
-            // The program may be gone after the last ones.
-            n if n + 10 < frames && n > settled => late = kibibytes(),
-            _ => {}
-        }
-        count += 1;
-    }
-    assert!(child.wait().unwrap().success() && count == frames && late > 0.0);
-    assert!(late - early < f64::max(0.01 * early, 2048.0), "{early} kB, then {late} kB");
 }

@@ -62,3 +62,57 @@ fn what_does_not_work_is_said() {
     assert!(long.contains("33554432 poses"), "{long}");
     assert!(!apart.path("m.json").exists());
 }
+
+/// A scene that uses the file of a simulation is told when its physics is no longer that of the file.
+#[test]
+fn a_stale_motion_file_is_told() {
+    let folder = folder("[physics]\nduration = 0.25\n[animation]\nkeyframes = \"m.json\"\n");
+    let scene = std::fs::read_to_string(folder.path("scene.toml")).unwrap();
+    let bake = |words: &str| {
+        let told = folder.run(&format!("simulate scene.toml -o m.json --json --quiet {words}")).with_code(0).stdout;
+        let summary: serde_json::Value = serde_json::from_str(&told).unwrap();
+        summary["hash"].as_str().unwrap().to_owned()
+    };
+    let says = |scene: &str| {
+        folder.put("scene.toml", scene);
+        let still = folder.run("render scene.toml -o s.png --spp 1 --quiet").with_code(0).stderr;
+        let film = folder.run("animate scene.toml -o f.%d.png --spp 1 --frames 0 --quiet").with_code(0).stderr;
+        assert_eq!(still.contains("simulated of other physics"), film.contains("simulated of other physics"), "{film}");
+        film
+    };
+    // What motion does not depend on, and what the command line said of the length and the step.
+    let view =
+        scene.replace("position = [0, 1, 5]", "position = [0, 1, 6]").replace("reflectance = 0.7", "reflectance = 0.6");
+    for words in ["", "--duration 0.1", "--step 0.01", "--step 0.003 --duration 0.1"] {
+        bake(words);
+        assert_eq!(says(&view), "", "{words}");
+    }
+    // What it depends on: properties, shapes, where things are, the rules of all.
+    let hash = bake("--step 0.01");
+    for (from, to) in [
+        ("restitution = 0.5", "restitution = 0.6"),
+        ("radius = 0.1", "radius = 0.11"),
+        ("translate = [0, 3, 0]", "translate = [0, 3, 0.1]"),
+        ("max = [3, -3, 3]", "max = [3, -2.9, 3]"),
+        ("duration = 0.25", "duration = 0.25\ngravity = [0, -9.8, 0]"),
+    ] {
+        let now = scene.replace(from, to);
+        assert_ne!(now, scene, "{from}");
+        let told = says(&now);
+        let again = "simulate again: etendue simulate scene.toml -o m.json --step 0.01";
+        for part in ["warning", "m.json:1:", &hash, again] {
+            assert!(told.contains(part), "no `{part}` in {told}");
+        }
+        let theirs = told.split("physics is ").nth(1).unwrap().split_whitespace().next().unwrap();
+        assert_eq!(theirs, bake("--step 0.01"));
+        assert_eq!(says(&now), "");
+        folder.put("scene.toml", &scene);
+        assert_eq!(bake("--step 0.01"), hash);
+    }
+    // Without bodies the file is one of poses like any other.
+    assert_eq!(says(&scene.replace("body = {", "#").replace("body = \"fixed\"", "")), "");
+    // The command line may name the file.
+    folder.put("scene.toml", scene.replace("keyframes = \"m.json\"", "").replace("radius = 0.1", "radius = 0.2"));
+    let words = "animate scene.toml -o f.%d.png --spp 1 --frames 0 --quiet --keyframes m.json";
+    folder.run(words).with_code(0).saying(&["simulated of other physics", "m.json:1:", &hash]);
+}

@@ -9,9 +9,11 @@ use std::sync::Arc;
 pub struct Bake {
     /// Seconds of scene time, one for each step and one for the start.
     pub times: Arc<[f64]>,
+    /// Seconds from one of them to the next, as the settings have it.
+    pub step: f64,
     /// The dynamic bodies, in the order of the scene.
     pub bodies: Vec<BakedBody>,
-    /// SHA-256 of all that the poses depend on: bodies, joints, geometry, settings.
+    /// See [`motion_hash`](crate::motion_hash).
     pub hash: [u8; 32],
 }
 

@@ -1,6 +1,6 @@
 //! What tells whether a recorded motion is still that of a scene.
 
-use crate::world::{Placed, Stage};
+use crate::{Options, simulate::settled, world::name_of};
 use etendue::{math::DVec3, motion::Pose, scene::Shape};
 use etendue_scene::{
     Input,
@@ -10,7 +10,7 @@ use etendue_scene::{
 use sha2::{Digest, Sha256};
 
 /// Grows with every change of what the numbers mean.
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 
 struct Hash(Sha256);
 
@@ -38,24 +38,41 @@ impl Hash {
     }
 }
 
-/// SHA-256 of all that poses depend on. `kinematic` says where keys put an object at a scene time.
-pub fn settings(
+/// SHA-256 of all that the poses of a simulation depend on: physics, bodies with their names, geometry and kinematic motion, joints, number of
+/// steps; of nothing else in the scene. [`simulate`](crate::simulate) with the same arguments gives this hash to its poses, without whose cost it
+/// tells whether poses that were recorded before are still those of a scene. `kinematic` is [`Control::kinematic`](crate::Control::kinematic).
+pub fn motion_hash(
     description: &SceneDescription,
     input: &Input,
-    stage: &Stage,
+    options: Options,
+    kinematic: &dyn Fn(usize, f64) -> Option<Pose>,
+) -> [u8; 32] {
+    let (physics, steps) = settled(&description.physics, options);
+    settings(description, &physics, input, steps, kinematic)
+}
+
+/// As [`motion_hash`], with the options in `physics` and `steps`.
+pub fn settings(
+    description: &SceneDescription,
+    physics: &PhysicsRecord,
+    input: &Input,
     steps: usize,
     kinematic: &dyn Fn(usize, f64) -> Option<Pose>,
 ) -> [u8; 32] {
     let mut hash = Hash(Sha256::new());
     hash.whole(VERSION);
     hash.whole(steps as u64);
-    physics(&mut hash, &description.physics);
-    for body in &stage.bodies {
-        record(&mut hash, body.body);
-        geometry(&mut hash, body, input);
-        if body.body.kind == BodyKind::Kinematic {
-            let PhysicsRecord { start, step, .. } = description.physics;
-            for pose in (0..=steps).filter_map(|k| kinematic(body.object, start + k as f64 * step)) {
+    physics_record(&mut hash, physics);
+    let bodies =
+        description.objects.iter().enumerate().filter_map(|(i, object)| Some((i, object, object.body.as_ref()?)));
+    hash.whole(bodies.clone().count() as u64);
+    for (index, object, body) in bodies {
+        hash.text(name_of(input, index, object));
+        record(&mut hash, body);
+        geometry(&mut hash, index, input);
+        if body.kind == BodyKind::Kinematic {
+            let PhysicsRecord { start, step, .. } = *physics;
+            for pose in (0..=steps).filter_map(|k| kinematic(index, start + k as f64 * step)) {
                 hash.vector(pose.translation);
                 hash.numbers(&pose.rotation.to_array());
             }
@@ -67,7 +84,7 @@ pub fn settings(
     hash.0.finalize().into()
 }
 
-fn physics(hash: &mut Hash, physics: &PhysicsRecord) {
+fn physics_record(hash: &mut Hash, physics: &PhysicsRecord) {
     let PhysicsRecord { gravity, step, start, warm_up, contact_frequency, contact_damping, .. } = physics;
     hash.vector(*gravity);
     hash.numbers(&[*step, *start, *warm_up, *contact_frequency, *contact_damping]);
@@ -78,6 +95,7 @@ fn physics(hash: &mut Hash, physics: &PhysicsRecord) {
     for rule in [physics.friction_rule, physics.restitution_rule] {
         hash.text(rule.name());
     }
+    hash.whole(physics.ignore.len() as u64);
     for group in physics.ignore.iter().flatten() {
         hash.text(&group.value);
     }
@@ -97,10 +115,10 @@ fn record(hash: &mut Hash, body: &BodyRecord) {
     hash.vector(body.angular_velocity);
 }
 
-fn geometry(hash: &mut Hash, body: &Placed, input: &Input) {
-    hash.text(body.name);
-    let objects = input.placed.get(body.object).and_then(|range| input.parts.objects.get(range.clone()));
-    for object in objects.unwrap_or(&[]) {
+fn geometry(hash: &mut Hash, index: usize, input: &Input) {
+    let objects = input.placed.get(index).and_then(|range| input.parts.objects.get(range.clone())).unwrap_or(&[]);
+    hash.whole(objects.len() as u64);
+    for object in objects {
         hash.numbers(&object.transform.to_cols_array());
         match &input.parts.shapes[object.shape] {
             Shape::Sphere { center, radius } => {
@@ -110,6 +128,7 @@ fn geometry(hash: &mut Hash, body: &Placed, input: &Input) {
             Shape::Rectangle { corner, u, v } => [*corner, *u, *v].into_iter().for_each(|p| hash.vector(p)),
             Shape::Mesh(mesh) => {
                 hash.vector(mesh.origin);
+                [mesh.positions.len(), mesh.indices.len()].iter().for_each(|&count| hash.whole(count as u64));
                 mesh.positions.iter().flatten().for_each(|x| hash.0.update(x.to_bits().to_le_bytes()));
                 mesh.indices.iter().flatten().for_each(|i| hash.0.update(i.to_le_bytes()));
             }

@@ -22,5 +22,6 @@ mod write;
 
 pub use bake::{Bake, BakedBody};
 pub use error::MotionError;
-pub use simulate::{Control, MAX_POSES, Options, Progress, simulate};
+pub use hash::motion_hash;
+pub use simulate::{Control, DURATION, MAX_POSES, Options, Progress, simulate};
 pub use write::write_json;

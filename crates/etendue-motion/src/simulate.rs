@@ -24,7 +24,7 @@ pub const MAX_POSES: usize = 1 << 25;
 /// Bodies farther from the origin than this have flown apart, metres.
 const FARTHEST: f64 = 1e12;
 /// Seconds that are simulated where nothing says how many.
-const DURATION: f64 = 10.0;
+pub const DURATION: f64 = 10.0;
 
 /// How far a simulation is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,20 +64,23 @@ pub fn simulate(
     options: Options,
     control: &mut Control,
 ) -> Result<Bake, MotionError> {
-    let mut description = description.clone();
-    let physics = &mut description.physics;
-    physics.step = options.step.unwrap_or(physics.step);
-    physics.duration = options.duration.or(physics.duration);
+    let (physics, steps) = settled(&description.physics, options);
+    let description = &SceneDescription { physics, ..description.clone() };
     let physics = &description.physics;
-    let steps = count(physics.duration.unwrap_or(DURATION), physics.step);
     let dynamic = description.objects.iter().filter_map(|object| object.body.as_ref());
     let bodies = dynamic.filter(|body| body.kind == BodyKind::Dynamic).count();
     if bodies.saturating_mul(steps.saturating_add(1)) > MAX_POSES {
         return Err(MotionError::TooLarge { bodies, steps, limit: MAX_POSES });
     }
-    let mut stage = world::stage(&description, input)?;
-    let hash = hash::settings(&description, input, &stage, steps, control.kinematic);
+    let mut stage = world::stage(description, input)?;
+    let hash = hash::settings(description, physics, input, steps, control.kinematic);
     Run::new(&mut stage, physics, steps).record(control, hash)
+}
+
+/// What holds with a caller's options, and the steps that are recorded.
+pub(crate) fn settled(physics: &PhysicsRecord, options: Options) -> (PhysicsRecord, usize) {
+    let (step, duration) = (options.step.unwrap_or(physics.step), options.duration.or(physics.duration));
+    (PhysicsRecord { step, duration, ..physics.clone() }, count(duration.unwrap_or(DURATION), step))
 }
 
 /// Steps that cover a duration; one that ends at a step to rounding has no more.
@@ -134,7 +137,8 @@ impl<'a, 'b> Run<'a, 'b> {
             let body = &self.stage.bodies[index];
             BakedBody { object: body.object, name: body.name.to_owned(), center, poses: poses.into() }
         };
-        Ok(Bake { times, bodies: poses.into_iter().zip(&recorded).zip(centers).map(baked).collect(), hash })
+        let step = self.physics.step;
+        Ok(Bake { times, step, bodies: poses.into_iter().zip(&recorded).zip(centers).map(baked).collect(), hash })
     }
 
     /// A body's centre of mass before anything moves.

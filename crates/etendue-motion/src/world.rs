@@ -103,7 +103,8 @@ pub fn stage<'a>(description: &'a SceneDescription, input: &'a Input) -> Result<
     Ok(Stage { world, bodies })
 }
 
-fn name_of<'a>(input: &'a Input, index: usize, object: &'a ObjectRecord) -> &'a str {
+/// What an object is called.
+pub fn name_of<'a>(input: &'a Input, index: usize, object: &'a ObjectRecord) -> &'a str {
     let part = || input.placed.get(index).and_then(|range| input.parts.objects.get(range.start));
     match &object.name {
         Some(name) => &name.value,

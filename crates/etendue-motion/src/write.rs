@@ -3,14 +3,16 @@
 use crate::Bake;
 use std::io::{self, Write};
 
-/// Writes a motion file: `{"format": "etendue-motion", "version": 1, "hash": "...", "times": [...], "objects": [{"name": "ball", "pivot":
+/// Writes a motion file: `{"format": "etendue-motion", "version": 1, "hash": "...", "step": seconds, "times": [...], "objects": [{"name": "ball", "pivot":
 /// [x, y, z], "positions": [[x, y, z], ...], "rotations": [[x, y, z, w], ...]}, ...]}`. Numbers have the digits that give the same bits back.
 ///
 /// # Errors
 /// Those of `out`.
 pub fn write_json(bake: &Bake, mut out: impl Write) -> io::Result<()> {
     let hash: String = bake.hash.iter().map(|byte| format!("{byte:02x}")).collect();
-    write!(out, "{{\"format\":\"etendue-motion\",\"version\":1,\"hash\":\"{hash}\",\n\"times\":")?;
+    write!(out, "{{\"format\":\"etendue-motion\",\"version\":1,\"hash\":\"{hash}\",\"step\":")?;
+    serde_json::to_writer(&mut out, &bake.step)?;
+    out.write_all(b",\n\"times\":")?;
     serde_json::to_writer(&mut out, &*bake.times)?;
     out.write_all(b",\n\"objects\":[")?;
     for (number, body) in bake.bodies.iter().enumerate() {

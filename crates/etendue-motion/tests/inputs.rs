@@ -71,7 +71,7 @@ fn joints_motors_and_kinematic_bodies() {
                 [[objects]]\nname = \"drawer\"\nshape = \"box\"\nsize = 0.2\ntransform = { translate = [5, 0, 0] }\nbody = \"dynamic\"\n\
                 [[joints]]\ntype = \"slider\"\nbodies = \"drawer\"\nanchor = [5, 0, 0]\naxis = \"x\"\nlimits = [-0.1, 0.3]\nmotor = { velocity = 1, damping = 1000 }\n\
                 [[objects]]\nname = \"lamp\"\nshape = \"box\"\nsize = 0.2\ntransform = { translate = [9, 0, 0] }\nbody = \"dynamic\"\n\
-                [[joints]]\ntype = \"fixed\"\nbodies = \"lamp\"\nanchor = [9, 1, 0]\n\
+                [[joints]]\ntype = \"fixed\"\nbodies = \"lamp\"\nanchor = [9.3, 0, 0]\n\
                 [[objects]]\nname = \"lift\"\nshape = \"box\"\nsize = 1\ntransform = { translate = [20, 0, 0] }\nbody = \"kinematic\"\n\
                 [[objects]]\nname = \"load\"\nshape = \"box\"\nsize = 0.5\ntransform = { translate = [20, 0.75, 0] }\nbody = \"dynamic\"\n\
                 [physics]\nduration = 2\n";
@@ -92,6 +92,33 @@ fn joints_motors_and_kinematic_bodies() {
     assert!((lamp - DVec3::new(9.0, 0.0, 0.0)).length() < 2e-3, "{lamp}");
     let load = end(3, DVec3::new(20.0, 0.75, 0.0));
     assert!((load - DVec3::new(20.0, 1.75, 0.0)).length() < 0.01, "{load}");
+}
+
+/// What hangs by a ball swings about it; bodies that are joined do not touch each other unless they are told to.
+#[test]
+fn balls_swing_and_joined_bodies_ignore_each_other() {
+    let text = |collide: bool| {
+        format!(
+            "[[objects]]\nname = \"bob\"\nshape = \"box\"\nsize = 0.2\nbody = \"dynamic\"\n\
+             [[joints]]\ntype = \"ball\"\nbodies = \"bob\"\nanchor = [1, 0, 0]\n\
+             [[objects]]\nname = \"rod\"\nshape = \"sphere\"\nradius = 0.5\ntransform = {{ translate = [5, 0, 0] }}\nbody = {{ gravity_scale = 0 }}\n\
+             [[objects]]\nname = \"tube\"\nshape = \"sphere\"\nradius = 0.5\ntransform = {{ translate = [5.3, 0, 0] }}\nbody = {{ gravity_scale = 0 }}\n\
+             [[joints]]\ntype = \"slider\"\nbodies = [\"rod\", \"tube\"]\nanchor = [5, 0, 0]\naxis = \"x\"\ncollide = {collide}\n\
+             [physics]\nduration = 0.8\n"
+        )
+    };
+    let bake = run(&text(false));
+    let swing = path(&bake, 0, DVec3::ZERO);
+    let anchor = DVec3::X;
+    assert!(swing.iter().all(|p| ((*p - anchor).length() - 1.0).abs() < 2e-3), "the rod has its length");
+    assert!(swing.iter().any(|p| p.y < -0.95), "it swings down");
+    let apart = |bake: &etendue_motion::Bake| {
+        let [rod, tube] = [(1, 5.0), (2, 5.3)].map(|(i, x)| *path(bake, i, DVec3::X * x).last().unwrap());
+        (tube - rod).length()
+    };
+    assert!((apart(&bake) - 0.3).abs() < 1e-9, "{}", apart(&bake));
+    let pushed = run(&text(true));
+    assert!(apart(&pushed) > 0.9, "{}", apart(&pushed));
 }
 
 #[test]

@@ -22,8 +22,8 @@ const MOST_POSES: u64 = 1 << 25;
 /// Poses as a file has them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Of the settings that it was made with, as its writer has it.
-    pub hash: Option<String>,
+    /// Of what it was made.
+    pub made: Made,
     /// Seconds, strictly ascending; absent: the file has none.
     pub times: Option<Arc<[f64]>>,
     /// What is between.
@@ -34,6 +34,17 @@ pub struct Recording {
     pub objects: Vec<Recorded>,
     /// The file.
     pub file: FileId,
+}
+
+/// What a file of poses says of how it was made.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Made {
+    /// Hash of the physics, hexadecimal, by `etendue simulate`; and where it stands.
+    pub hash: Option<(String, Span)>,
+    /// Seconds of a step of the simulation.
+    pub step: Option<f64>,
+    /// Poses of each object.
+    pub rows: usize,
 }
 
 /// Poses of one object.

@@ -1,11 +1,13 @@
 //! A scene at any time: a description, what was built of it, and what moves or changes.
 
+mod carried;
+
 use crate::{
     Diagnostic, Diagnostics, Input, Limits, SourceMap,
     animation::{AnimationRecord, LengthRecord, Varying},
     build::{self, textures::Textures},
     description::{CameraRecord, Focus, Lens, SceneDescription},
-    keyframes::{self, Recording},
+    keyframes::{self, Made, Recording},
     read::Part,
     track::PoseTrack,
 };
@@ -13,13 +15,13 @@ use etendue::{
     camera::{CameraMotion, CameraSettings},
     material::Material,
     math::{DAffine3, DVec3},
-    motion::Pose,
+    motion::{Motion, Pose},
     scene::{DeltaLight, Environment, FrameChanges, SceneParts},
 };
 use std::path::PathBuf;
 
-/// Parts of the way of a camera that changes while the shutter is open.
-const CAMERA_STEPS: usize = 16;
+/// Parts of the way of a camera or light that changes while the shutter is open.
+const STEPS: usize = 16;
 
 /// When frames are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +51,11 @@ impl Clock {
 
     /// The moment of a frame.
     pub fn moment(&self, frame: u32) -> Moment {
-        let time = self.time(frame);
+        self.moment_at(self.time(frame))
+    }
+
+    /// The moment of a frame at a time, seconds.
+    pub fn moment_at(&self, time: f64) -> Moment {
         Moment { time, shutter: self.shutter.map(|part| time + part * self.interval) }
     }
 }
@@ -57,7 +63,7 @@ impl Clock {
 /// When a picture is taken, seconds of scene time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// When lights, materials and the surroundings are looked at.
+    /// When materials, the surroundings and the strength of lights are looked at.
     pub time: f64,
     /// When the shutter opens and closes: what moves or is seen through a camera that does is looked at in between.
     pub shutter: [f64; 2],
@@ -68,7 +74,15 @@ impl Moment {
     pub fn at(time: f64) -> Self {
         Self { time, shutter: [time; 2] }
     }
+
+    /// Up to when motion is needed, seconds.
+    pub fn end(&self) -> f64 {
+        self.shutter[1].max(self.time)
+    }
 }
+
+/// Motions while the shutter is open, by the index of what moves.
+type Motions = Vec<(usize, Motion)>;
 
 /// Of one object: its way, and which of the parts' objects it is.
 #[derive(Clone, Debug)]
@@ -90,6 +104,7 @@ pub struct Timeline {
     /// By the description's objects.
     movers: Vec<Option<Mover>>,
     placed: Vec<std::ops::Range<usize>>,
+    made: Option<Made>,
 }
 
 impl Timeline {
@@ -112,6 +127,7 @@ impl Timeline {
             folder: description.folder.clone(),
             movers: vec![None; description.objects.len()],
             placed: input.placed.clone(),
+            made: None,
             input,
         };
         let mut found = Diagnostics::new();
@@ -131,7 +147,10 @@ impl Timeline {
         if let Some(record) = &description.animation.keyframes {
             let path = description.folder.join(&record.file.value);
             match keyframes::read(&path, sources, limits) {
-                Ok(recording) => timeline.use_keyframes(&recording, description, &mut found),
+                Ok(recording) => {
+                    timeline.use_keyframes(&recording, description, &mut found);
+                    timeline.made = Some(recording.made);
+                }
                 Err(errors) => errors.iter().for_each(|error| {
                     let placed = if error.origin.is_none() {
                         error.clone().at(record.file.origin.clone())
@@ -182,6 +201,11 @@ impl Timeline {
         self.movers.get(object)?.as_ref().map(|mover| &mover.track)
     }
 
+    /// What the file of poses that was read says of how it was made.
+    pub fn made(&self) -> Option<&Made> {
+        self.made.as_ref()
+    }
+
     /// Another camera in the place of one without keys.
     pub fn set_camera(&mut self, camera: CameraSettings) {
         self.input.camera = camera;
@@ -218,6 +242,11 @@ impl Timeline {
                 (last > clock.start).then(|| up_to(last - clock.start).map(|frames| (frames + 1e-6) as u32 + 1))?
             }
         }
+    }
+
+    /// True if anything moves or changes: it has keys, or poses from a file or a simulation.
+    pub fn changes_ever(&self) -> bool {
+        self.movers.iter().any(Option::is_some) || Part::ALL.into_iter().any(|part| self.varying.has(part))
     }
 
     /// The time of the last key of anything, seconds; `None` if nothing has keys.
@@ -263,10 +292,12 @@ impl Timeline {
             motions.extend(mover.placed.clone().map(|object| (object, motion.clone())));
         }
         let has = |part| self.varying.has(part);
+        let (delta_lights, light_motions) = has(Part::Lights).then(|| self.lights(moment)).transpose()?.unzip();
         Ok(FrameChanges {
             motions,
             materials: if has(Part::Materials) { self.materials(moment.time)? } else { Vec::new() },
-            delta_lights: has(Part::Lights).then(|| self.lights(moment.time)).transpose()?,
+            delta_lights,
+            light_motions: light_motions.unwrap_or_default(),
             environment: has(Part::Environment).then(|| self.environment(moment.time)).transpose()?,
         })
     }
@@ -280,8 +311,33 @@ impl Timeline {
         poses
     }
 
-    fn lights(&self, time: f64) -> Result<Vec<DeltaLight>, Diagnostics> {
-        Ok(self.varying.lights(time)?.iter().map(|light| light.value).collect())
+    /// The lights of a moment, and the motions of those that move while the shutter is open.
+    fn lights(&self, moment: Moment) -> Result<(Vec<DeltaLight>, Motions), Diagnostics> {
+        let at = |time| Ok::<_, Diagnostics>(self.varying.lights(time)?.iter().map(|light| light.value).collect());
+        let mut lights: Vec<DeltaLight> = at(moment.time)?;
+        let [open, close] = moment.shutter;
+        let mut motions = Motions::new();
+        if close > open {
+            let shares = self.stages(Part::Lights, moment);
+            let stages = shares.iter().map(|share| at(open + (close - open) * share));
+            let stages: Vec<Vec<DeltaLight>> = stages.collect::<Result<_, _>>()?;
+            for (index, light) in lights.iter_mut().enumerate() {
+                let ways = shares.iter().zip(&stages).filter_map(|(share, lights)| Some((*share, *lights.get(index)?)));
+                motions.extend(carried::carry(light, ways).map(|motion| (index, motion)));
+            }
+        }
+        Ok((lights, motions))
+    }
+
+    /// Shares of the shutter's time at which what has keys and is neither straight nor an object is looked at: even steps and its keys.
+    fn stages(&self, part: Part, moment: Moment) -> Vec<f64> {
+        let [open, close] = moment.shutter;
+        let even = (0..=STEPS).map(|step| step as f64 / STEPS as f64);
+        let keys = self.varying.times(part).iter().map(|time| (time - open) / (close - open));
+        let mut shares: Vec<f64> = even.chain(keys.filter(|share| *share > 0.0 && *share < 1.0)).collect();
+        shares.sort_by(f64::total_cmp);
+        shares.dedup();
+        shares
     }
 
     /// An image of the surroundings is not read again.
@@ -344,14 +400,8 @@ impl Timeline {
         if close <= open || !self.camera_changes() {
             return Ok(None);
         }
-        let length = close - open;
-        let even = (0..=CAMERA_STEPS).map(|step| step as f64 / CAMERA_STEPS as f64);
-        let keys = self.varying.times(Part::Camera).iter().map(|time| (time - open) / length);
-        let mut shares: Vec<f64> = even.chain(keys.filter(|share| *share > 0.0 && *share < 1.0)).collect();
-        shares.sort_by(f64::total_cmp);
-        shares.dedup();
-        let key = |share: f64| Ok((share, self.camera(open + length * share)?));
-        let keys = shares.into_iter().map(key).collect::<Result<Vec<_>, Diagnostics>>()?;
+        let key = |share: f64| Ok((share, self.camera(open + (close - open) * share)?));
+        let keys = self.stages(Part::Camera, moment).into_iter().map(key).collect::<Result<Vec<_>, Diagnostics>>()?;
         Ok(Some(CameraMotion { keys: keys.into() }))
     }
 }
@@ -364,7 +414,9 @@ fn changed(mut parts: SceneParts, changes: FrameChanges) -> SceneParts {
     for (index, material) in changes.materials {
         parts.materials[index] = material;
     }
-    parts.delta_lights = changes.delta_lights.unwrap_or(parts.delta_lights);
+    if let Some(lights) = changes.delta_lights {
+        (parts.delta_lights, parts.light_motions) = (lights, changes.light_motions);
+    }
     parts.environment = changes.environment.unwrap_or(parts.environment);
     parts
 }

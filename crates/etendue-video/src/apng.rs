@@ -1,6 +1,7 @@
 //! Animated PNG (PNG Specification, Third Edition, 2025): every frame whole and lossless.
 
-use crate::{FrameRate, Kind, Settings, VideoError, encoder::Format};
+use crate::{FrameRate, Kind, Settings, VideoError, encoder::Format, note};
+use png::text_metadata::TEXtChunk;
 use std::io::Write;
 
 /// Ticks a second, for rates that do not fit into the 16-bit fractions of the format.
@@ -57,7 +58,11 @@ impl Format for Apng<'_> {
         Ok(())
     }
 
-    fn finish(self) -> Result<(), VideoError> {
+    fn finish(mut self, note: Option<&str>) -> Result<(), VideoError> {
+        if let Some(note) = note {
+            let chunk = TEXtChunk::new(note::KEYWORD, note);
+            self.writer.write_text_chunk(&chunk).map_err(from_png)?;
+        }
         self.writer.finish().map_err(from_png)
     }
 }

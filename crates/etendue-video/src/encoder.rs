@@ -8,8 +8,8 @@ use crate::mp4::Mp4;
 pub(crate) trait Format {
     /// Takes the next frame.
     fn push(&mut self, rgb: &[u8]) -> Result<(), VideoError>;
-    /// Writes what is left and flushes.
-    fn finish(self) -> Result<(), VideoError>;
+    /// Writes what is left, with a note if the format keeps any, and flushes.
+    fn finish(self, note: Option<&str>) -> Result<(), VideoError>;
 }
 
 enum Film<'w> {
@@ -99,9 +99,23 @@ impl<'w> Encoder<'w> {
     ///
     /// [`VideoError::FrameCount`] if frames are missing, and what the writer says.
     pub fn finish(self) -> Result<(), VideoError> {
+        self.end(None)
+    }
+
+    /// As [`finish`](Self::finish), with a note for programs, ASCII without control characters, which [`Kind::note`] reads again. Formats that
+    /// do not [keep notes](Kind::keeps_note) leave it out.
+    ///
+    /// # Errors
+    ///
+    /// As [`finish`](Self::finish).
+    pub fn finish_with(self, note: &str) -> Result<(), VideoError> {
+        self.end(Some(note))
+    }
+
+    fn end(self, note: Option<&str>) -> Result<(), VideoError> {
         if self.pushed != self.settings.frames {
             return Err(VideoError::FrameCount { got: self.pushed, expected: self.settings.frames });
         }
-        dispatch!(self.film, film => film.finish())
+        dispatch!(self.film, film => film.finish(note))
     }
 }

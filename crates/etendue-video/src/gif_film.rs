@@ -124,8 +124,12 @@ impl Format for GifFilm<'_> {
         Ok(())
     }
 
-    fn finish(self) -> Result<(), VideoError> {
-        if let Some(encoder) = self.encoder {
+    fn finish(self, note: Option<&str>) -> Result<(), VideoError> {
+        if let Some(mut encoder) = self.encoder {
+            if let Some(note) = note.filter(|note| !note.is_empty()) {
+                let comment = gif::AnyExtension::from(gif::Extension::Comment);
+                encoder.write_raw_extension(comment, &[note.as_bytes()]).map_err(from_gif)?;
+            }
             encoder.into_inner().map_err(from_gif)?.flush()?;
         }
         Ok(())

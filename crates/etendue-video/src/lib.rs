@@ -31,6 +31,7 @@ mod h264;
 mod kind;
 #[cfg(feature = "h264")]
 mod mp4;
+mod note;
 mod palette;
 mod rate;
 mod settings;

@@ -5,6 +5,7 @@ use crate::{
     Settings, VideoError,
     encoder::Format,
     h264::{H264, ParameterSets, key_every},
+    note,
 };
 use std::io::{self, Seek, SeekFrom, Write};
 
@@ -60,7 +61,15 @@ impl Format for Mp4<'_> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<(), VideoError> {
+    fn finish(mut self, note: Option<&str>) -> Result<(), VideoError> {
+        if let Some(note) = note {
+            let mut out = Vec::new();
+            boxed(&mut out, b"uuid", |out| {
+                out.extend_from_slice(&note::BOX);
+                out.extend_from_slice(note.as_bytes());
+            });
+            self.writer.write_all(&out)?;
+        }
         let end = self.writer.stream_position()?;
         let head = self.head(&self.sizes);
         self.writer.seek(SeekFrom::Start(self.start))?;
@@ -149,7 +158,8 @@ impl Index<'_> {
         [rate.frames() * finer, rate.seconds() * finer]
     }
 
-    /// Width and height of what players show: 4:2:0 has even sides, so an odd one shows its last column or row twice.
+    /// Width and height of what players show: 4:2:0 has even sides, so an odd one shows its last column or row twice. A clean aperture
+    /// (12.1.4) could say so, but FFmpeg 9 rounds it down to even and loses a column instead, and all of a picture of one pixel.
     fn shown(&self) -> [u32; 2] {
         self.settings.size.map(|n| n.next_multiple_of(2))
     }

@@ -30,7 +30,7 @@ impl Format for Y4m<'_> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<(), VideoError> {
+    fn finish(mut self, _: Option<&str>) -> Result<(), VideoError> {
         Ok(self.writer.flush()?)
     }
 }

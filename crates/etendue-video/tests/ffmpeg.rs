@@ -33,7 +33,7 @@ fn write(path: &Path, kind: Kind, settings: Settings, frame: impl Fn(u64) -> Vec
     let file = BufWriter::new(std::fs::File::create(path).unwrap());
     let mut encoder = Encoder::new(file, kind, settings).unwrap();
     (0..settings.frames).for_each(|k| encoder.push_rgb8(&frame(k)).unwrap());
-    encoder.finish().unwrap();
+    encoder.finish_with("what a film is made of").unwrap();
 }
 
 /// A ramp, a moving bar and a corner, in colours that drift from frame to frame.

@@ -270,3 +270,62 @@ fn frames_leave_at_once() {
         assert!(written.0 > 1000, "{kind}");
     }
 }
+
+/// A note comes back from a whole film, and from nothing else; the frames are the same with it.
+#[test]
+fn notes_come_back() {
+    let long = "0123456789abcdef".repeat(5000);
+    for kind in kinds() {
+        let settings = settings([24, 18], 5);
+        let plain = film(kind, settings);
+        for note in ["made of this and that", &long] {
+            let mut file = Cursor::new(Vec::new());
+            let mut encoder = Encoder::new(&mut file, kind, settings).unwrap();
+            (0..5).for_each(|frame| encoder.push_rgb8(&picture(settings.size, frame)).unwrap());
+            encoder.finish_with(note).unwrap();
+            let bytes = file.into_inner();
+            let read = |bytes: &[u8]| kind.note(&mut Cursor::new(bytes)).unwrap();
+            assert_eq!(read(&bytes), kind.keeps_note().then(|| note.to_owned()), "{kind}");
+            assert_eq!(read(&plain), None, "{kind}");
+            if !kind.keeps_note() {
+                assert_eq!(bytes, plain);
+                continue;
+            }
+            assert!(bytes.len() > plain.len() + note.len(), "{kind}");
+            let common = bytes.iter().zip(&plain).take_while(|(a, b)| a == b).count();
+            assert!(common + 12 >= plain.len(), "{kind}: {common} of {} bytes", plain.len());
+            // Cut off anywhere it is no film; of another kind it has no note.
+            for cut in [0, 1, 20, bytes.len() / 2, bytes.len() - note.len() - 3, bytes.len() - 1] {
+                assert_eq!(read(&bytes[..cut]), None, "{kind} {cut}");
+            }
+            for other in Kind::ALL.into_iter().filter(|other| *other != kind) {
+                assert_eq!(other.note(&mut Cursor::new(&bytes)).unwrap(), None, "{other} of {kind}");
+            }
+        }
+    }
+}
+
+/// Bytes of any kind end in an answer.
+#[test]
+fn notes_of_damaged_films() {
+    let mut state = 1u32;
+    let mut random = move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        state >> 8
+    };
+    for kind in kinds() {
+        let mut file = Cursor::new(Vec::new());
+        let mut encoder = Encoder::new(&mut file, kind, settings([8, 6], 3)).unwrap();
+        (0..3).for_each(|frame| encoder.push_rgb8(&picture([8, 6], frame)).unwrap());
+        encoder.finish_with("a note").unwrap();
+        let whole = file.into_inner();
+        for _ in 0..2000 {
+            let mut bytes = whole.clone();
+            for _ in 0..1 + random() % 4 {
+                let at = random() as usize % bytes.len();
+                bytes[at] = random() as u8;
+            }
+            let _ = kind.note(&mut Cursor::new(bytes)).unwrap();
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! Films: frames that wait beside them until they are all there, and the encoding of these.
 
+use super::stamp;
 use crate::exit::{Exit, Failure};
 use etendue_scene::{
     image_file::{self, Samples, decode_texture},
@@ -8,7 +9,7 @@ use etendue_scene::{
 use etendue_video::{Encoder, Kind, Settings, VideoError};
 use std::{
     fs,
-    io::{self, BufWriter},
+    io::{self, BufReader, BufWriter},
     path::{Path, PathBuf},
 };
 
@@ -19,6 +20,8 @@ pub struct Film {
     pub path: PathBuf,
     /// Its format.
     pub kind: Kind,
+    /// True if it was there before, and stays as it is.
+    pub is_whole: bool,
 }
 
 impl Film {
@@ -54,11 +57,19 @@ impl Film {
         make_folder(&self.folder())
     }
 
-    /// Makes the film of its frames, whole or not at all, and takes the frames away. `None` if `stopped` said so meanwhile.
+    /// The hashes of its frames, if it is there and was made of what the stamp says.
+    pub fn made_of(&self, made: &str, frames: u64) -> Option<Vec<String>> {
+        let mut file = BufReader::new(fs::File::open(&self.path).ok()?);
+        stamp::hashes(&self.kind.note(&mut file).ok()??, made, frames)
+    }
+
+    /// Makes the film of its frames, whole or not at all, with a note that says what it is made of, and takes the frames away. `None` if
+    /// `stopped` said so meanwhile.
     pub fn finish(
         &self,
         frames: std::ops::RangeInclusive<u32>,
         settings: Settings,
+        note: &str,
         stopped: &dyn Fn() -> bool,
     ) -> Result<Option<()>, Failure> {
         // What is not the file system's own failure is told as it is.
@@ -78,7 +89,7 @@ impl Film {
                     }
                 }
             }
-            film.finish().map_err(encode_error)
+            film.finish_with(note).map_err(encode_error)
         });
         match (written, other) {
             (_, Some(None)) => return Ok(None),
@@ -142,7 +153,10 @@ fn encode_error(error: VideoError) -> EncodeError {
 /// Why a film cannot be made.
 pub fn failure_of(error: &VideoError) -> Failure {
     let (exit, hint) = match error {
-        VideoError::LeftOut { .. } => (Exit::Unsupported, "write .gif, .apng or numbered pictures"),
+        VideoError::LeftOut { .. } => (
+            Exit::Unsupported,
+            "write .gif, .apng or numbered pictures, or build with a C++ compiler and without --no-default-features",
+        ),
         VideoError::TooLarge { .. } => (Exit::Usage, "give a smaller --size, or write numbered pictures"),
         VideoError::TooFast { .. } | VideoError::TooSlow { .. } | VideoError::BadRate { .. } => {
             (Exit::Usage, "give another --fps, or another format")

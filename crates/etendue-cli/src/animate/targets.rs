@@ -104,19 +104,36 @@ impl Targets {
         Ok(())
     }
 
-    /// Refuses films that cannot be, and makes room for frames.
-    pub fn prepare(&self, settings: Settings) -> Result<(), Failure> {
+    /// Refuses films that cannot be.
+    pub fn check(&self, settings: Settings) -> Result<(), Failure> {
         for target in &self.all {
-            match target {
-                Target::Film(film) => {
-                    settings.check(film.kind).map_err(|error| failure_of(&error))?;
-                    film.prepare()?;
-                }
-                Target::Pipe => settings.check(Kind::Y4m).map_err(|error| failure_of(&error))?,
-                Target::Pictures { .. } => {}
-            }
+            let kind = match target {
+                Target::Film(film) => film.kind,
+                Target::Pipe => Kind::Y4m,
+                Target::Pictures { .. } => continue,
+            };
+            settings.check(kind).map_err(|error| failure_of(&error))?;
         }
         Ok(())
+    }
+
+    /// Finds the films that are there already, made of what the stamp says, and leaves them as they are. Returns the hashes of one's frames.
+    pub fn leave_whole(&mut self, made: &str, frames: u64) -> Option<Vec<String>> {
+        let mut found = None;
+        for target in &mut self.all {
+            if let Target::Film(film) = target
+                && let Some(hashes) = film.made_of(made, frames)
+            {
+                film.is_whole = true;
+                found = Some(hashes);
+            }
+        }
+        found
+    }
+
+    /// Makes room for frames.
+    pub fn prepare(&self) -> Result<(), Failure> {
+        self.films().filter(|film| !film.is_whole).try_for_each(Film::prepare)
     }
 
     /// The files of a frame.
@@ -125,7 +142,9 @@ impl Targets {
             Target::Pictures { pattern, format } => {
                 Some(FrameFile { path: pattern.name(frame), format: *format, is_of_film: false })
             }
-            Target::Film(film) => Some(FrameFile { path: film.frame(frame), format: Format::Png, is_of_film: true }),
+            Target::Film(film) => {
+                (!film.is_whole).then(|| FrameFile { path: film.frame(frame), format: Format::Png, is_of_film: true })
+            }
             Target::Pipe => None,
         };
         self.all.iter().filter_map(file).collect()
@@ -170,15 +189,16 @@ impl Targets {
         self.has_pipe().then(open).transpose().map_err(|error| failure_of(&error))
     }
 
-    /// Makes the films of their frames; `None` if `stopped` said so meanwhile.
+    /// Makes the films of their frames, with a note; `None` if `stopped` said so meanwhile.
     pub fn finish(
         &self,
         frames: RangeInclusive<u32>,
         settings: Settings,
+        note: &str,
         stopped: &dyn Fn() -> bool,
     ) -> Result<Option<()>, Failure> {
-        for film in self.films() {
-            if film.finish(frames.clone(), settings, stopped)?.is_none() {
+        for film in self.films().filter(|film| !film.is_whole) {
+            if film.finish(frames.clone(), settings, note, stopped)?.is_none() {
                 return Ok(None);
             }
         }
@@ -210,7 +230,7 @@ impl Target {
         }
         let ending = path.extension().map(|ending| ending.to_string_lossy().into_owned()).unwrap_or_default();
         if let Some(kind) = Kind::from_extension(&ending) {
-            return Ok(Self::Film(Film { path: path.to_owned(), kind }));
+            return Ok(Self::Film(Film { path: path.to_owned(), kind, is_whole: false }));
         }
         if Format::of_path(path).is_ok() {
             let message = format!("`{}` is one picture, and there is one for each frame", path.display());

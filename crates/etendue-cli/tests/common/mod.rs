@@ -44,6 +44,38 @@ v = [0, 0, 2]
 material = "lamp"
 "#;
 
+/// True if tests are to run at full size.
+pub fn proves() -> bool {
+    std::env::var_os("ETENDUE_PROVE").is_some()
+}
+
+/// A heap of bodies, balls and boxes by turns, in layers of `side` by `side`, that falls onto a floor, as a film under a plain sky.
+pub fn falling(count: u32, side: u32, size: [u32; 2], spp: u32, frames: u32) -> String {
+    let [width, height] = size;
+    let half = 0.3 * f64::from(side);
+    let high = 0.7 * f64::from(count.div_ceil(side * side));
+    let mut scene = format!(
+        "[camera]\nposition = [0, {}, {}]\nlook_at = [0, {}, 0]\n[film]\nsize = [{width}, {height}]\n[sampler]\nspp = {spp}\n\
+         [environment]\nradiance = 1\n[animation]\nframes = {frames}\nshutter = 0.5\n\
+         [[objects]]\nshape = \"box\"\nmin = [-60, -1, -60]\nmax = [60, 0, 60]\nbody = \"fixed\"\n",
+        2.0 + high,
+        3.0 * half + high,
+        0.3 * high,
+    );
+    for i in 0..count {
+        let (x, z) = (f64::from(i % side) * 0.6 - half, f64::from(i / side % side) * 0.6 - half);
+        let y = 0.5 + 0.7 * f64::from(i / (side * side));
+        let shape = if i % 2 == 0 { "shape = \"sphere\"\nradius = 0.2" } else { "shape = \"box\"\nsize = 0.35" };
+        scene += &format!(
+            "[[objects]]\n{shape}\ntransform = {{ translate = [{x}, {y}, {z}] }}\n\
+             body = {{ restitution = 0.3, angular_velocity = [{}, 90, {}] }}\n",
+            i * 37 % 400,
+            i * 53 % 300,
+        );
+    }
+    scene
+}
+
 /// A folder that is gone after the test, with `scene.toml` in it.
 pub struct Folder(tempfile::TempDir);
 

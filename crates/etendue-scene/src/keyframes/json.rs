@@ -1,8 +1,8 @@
 //! Poses in JSON, as `etendue simulate` writes them:
 //! `{"format":"etendue-motion","version":1,"times":[...],"objects":[{"name":"ball","positions":[[x,y,z],...],"rotations":[[x,y,z,w],...]}]}`,
-//! and if known `hash`, `interpolation` and `relative` of all, and `pivot` of an object.
+//! and if known `hash`, `step`, `interpolation` and `relative` of all, and `pivot` of an object.
 
-use super::{Recorded, Recording, check_count};
+use super::{Made, Recorded, Recording, check_count};
 use crate::{Diagnostic, FileId, Span, track::Interpolation};
 use etendue::{
     math::{DQuat, DVec3},
@@ -25,6 +25,7 @@ struct Form {
     #[serde(rename = "version")]
     _version: Version,
     hash: Option<String>,
+    step: Option<Step>,
     interpolation: Option<Between>,
     relative: Option<bool>,
     times: Times,
@@ -59,6 +60,17 @@ impl<'de> Deserialize<'de> for Version {
             1 => Ok(Self),
             other => Err(D::Error::custom(format!("version {other} of the format is not known, only 1 is"))),
         }
+    }
+}
+
+/// Seconds, above 0.
+struct Step(f64);
+
+impl<'de> Deserialize<'de> for Step {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let step = f64::deserialize(from)?;
+        let is_step = step > 0.0 && step.is_finite();
+        is_step.then_some(Self(step)).ok_or_else(|| D::Error::custom("expected seconds above 0"))
     }
 }
 
@@ -162,7 +174,11 @@ pub(super) fn read(file: FileId, bytes: &[u8]) -> Result<Recording, Diagnostic> 
         objects.push(Recorded { name: Some(name), place, poses, pivot: pivot.map(|pivot| pivot.0) });
     }
     Ok(Recording {
-        hash: form.hash,
+        made: Made {
+            hash: form.hash.map(|hash| (hash.clone(), place_of(file, bytes, &hash, &mut 0))),
+            step: form.step.map(|step| step.0),
+            rows,
+        },
         times: Some(Arc::from(form.times.0)),
         interpolation: form.interpolation.map(|way| way.0),
         relative: form.relative.unwrap_or(true),

@@ -1,6 +1,6 @@
 //! Poses in an array of NumPy, `poses[T, N, 4, 4]`: of each time and object the matrix from the object's own space to the world.
 
-use super::{Recorded, Recording, check_count};
+use super::{Made, Recorded, Recording, check_count};
 use crate::{
     Diagnostic, FileId, Span,
     animation::rotation_of,
@@ -64,7 +64,7 @@ pub(super) fn read(file: FileId, bytes: &[u8]) -> Result<Recording, Diagnostic> 
         Ok(Recorded { name: None, place, poses, pivot: None })
     };
     let objects = (0..count).map(recorded).collect::<Result<_, _>>()?;
-    Ok(Recording { hash: None, times: None, interpolation: None, relative: false, objects, file })
+    Ok(Recording { made: Made::default(), times: None, interpolation: None, relative: false, objects, file })
 }
 
 /// The pose of a matrix, whose rotation may be off by rounding.

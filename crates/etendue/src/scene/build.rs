@@ -2,7 +2,7 @@
 //! listed, accelerator built.
 
 use super::{
-    DeltaLight, FaceLights, Facets, Mesh, Object, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant,
+    FaceLights, Facets, Mesh, Object, Placement, Primitives, Scene, SceneParts, SceneStats, Shape, distant,
     emitters::{self, Listed, VariedLights},
     interiors::Interiors,
 };
@@ -116,7 +116,7 @@ impl Scene {
         let mut scene = Self {
             center,
             is_large,
-            is_moving: is_moving(&placements),
+            is_moving: is_moving(&placements) || distant::is_moving(&parts.light_motions),
             placements,
             facets: Vec::new(),
             bsdfs: Vec::new(),
@@ -148,13 +148,13 @@ impl Scene {
 
     /// Lists all lights; that of the environment is known.
     pub(super) fn list_lights(&mut self, environment: Option<Light>) -> Result<(), SceneError> {
-        let Listed { mut lights, varied, carriers } = emitters::list(&self.parts, &mut self.placements);
-        lights.extend(self.parts.delta_lights.iter().map(|light| distant::delta_light(light, self.center)));
-        lights.extend(environment);
-        if self.interiors.hides_infinity() {
-            // Samples would be spent on light that does not arrive.
-            lights.retain(|light| !light.is_infinite());
-        }
+        let Listed { mut lights, varied, mut carriers } = emitters::list(&self.parts, &mut self.placements);
+        // Samples would be spent on light that does not arrive.
+        let hides_infinity = self.interiors.hides_infinity();
+        let (delta, carried) = distant::list(&self.parts, self.center, hides_infinity, lights.len())?;
+        lights.extend(delta);
+        carriers.extend(carried);
+        lights.extend(environment.filter(|light| !(hides_infinity && light.is_infinite())));
         self.has_delta_lights = !self.parts.delta_lights.is_empty();
         self.lights = LightTable::with_carriers(lights, self.radius(), carriers)?;
         self.rectangles = super::rectangle_frames(&self.lights, &varied);
@@ -476,7 +476,7 @@ fn validate(parts: &SceneParts) -> Result<(), SceneError> {
     for medium in &parts.media {
         medium.validate().map_err(|error| SceneError::MediumValue(medium.name.clone(), error))?;
     }
-    validate_delta_lights(&parts.delta_lights)?;
+    distant::validate_delta_lights(&parts.delta_lights, &parts.light_motions)?;
     if let Some(environment) = &parts.environment {
         distant::validate_environment(environment).map_err(SceneError::Environment)?;
     }
@@ -488,13 +488,6 @@ fn validate(parts: &SceneParts) -> Result<(), SceneError> {
 
 pub(super) fn validate_material(material: &Material) -> Result<(), SceneError> {
     material.validate().map_err(|e| SceneError::Material(material.name.clone(), e.to_string()))
-}
-
-pub(super) fn validate_delta_lights(lights: &[DeltaLight]) -> Result<(), SceneError> {
-    let check = |(i, light): (usize, &DeltaLight)| {
-        distant::validate_delta_light(light).map_err(|what| SceneError::DeltaLight(i, what))
-    };
-    lights.iter().enumerate().try_for_each(check)
 }
 
 fn validate_object(parts: &SceneParts, object: &Object) -> Result<(), SceneError> {

@@ -1,16 +1,62 @@
 //! Lights without geometry: from a scene's parts to lights relative to its centre.
 
-use super::{DeltaLight, Environment};
+use super::{DeltaLight, Environment, SceneError, SceneParts};
 use crate::{
     light::{
-        ConstantEnvironment, DirectionalLight, ImageEnvironment, Light, PointLightSource, SpotLight, SunSky, atmosphere,
+        Carrier, ConstantEnvironment, DirectionalLight, ImageEnvironment, LISTED_AT, Light, PointLightSource,
+        SpotLight, SunSky, atmosphere,
     },
-    math::{DMat3, DVec3},
+    math::{DAffine3, DMat3, DVec3},
+    motion::{Motion, Pose},
     spectrum::Spectrum,
 };
 use std::sync::Arc;
 
-pub(super) fn delta_light(light: &DeltaLight, center: DVec3) -> Light {
+/// The lights without geometry, those that move as they are in the middle of the exposure with what moves them; without those from infinity if
+/// these are hidden. `first` is the index of the first.
+pub(super) fn list(
+    parts: &SceneParts,
+    center: DVec3,
+    hides_infinity: bool,
+    first: usize,
+) -> Result<(Vec<Light>, Vec<Carrier>), SceneError> {
+    let (mut lights, mut carriers) = (Vec::new(), Vec::new());
+    for (index, light) in parts.delta_lights.iter().enumerate() {
+        if hides_infinity && matches!(light, DeltaLight::Directional { .. }) {
+            continue;
+        }
+        let moves = parts.light_motions.binary_search_by_key(&index, |(moved, _)| *moved);
+        let motion = moves.ok().map(|at| &parts.light_motions[at].1);
+        let pose = motion.map(|motion| motion.rest().unwrap_or_else(|| motion.at(LISTED_AT.into())));
+        if let Some(motion) = motion.filter(|motion| motion.rest().is_none()) {
+            let carried = motion.about(DAffine3::from_translation(center), center);
+            let motion = carried.ok_or(SceneError::DeltaLight(index, "the motion goes too far"))?;
+            let at = (first + lights.len()) as u32;
+            carriers.push(Carrier::new(at..at + 1, Arc::new(motion)));
+        }
+        lights.push(delta_light(&pose.map_or(*light, |pose| moved(light, pose)), center));
+    }
+    Ok((lights, carriers))
+}
+
+/// A light at a pose.
+fn moved(light: &DeltaLight, pose: Pose) -> DeltaLight {
+    let mut light = *light;
+    if let DeltaLight::Point { position, .. } | DeltaLight::Spot { position, .. } = &mut light {
+        *position = pose.rotation * *position + pose.translation;
+    }
+    if let DeltaLight::Spot { direction, .. } | DeltaLight::Directional { direction, .. } = &mut light {
+        *direction = pose.rotation * *direction;
+    }
+    light
+}
+
+/// True if any of them moves while the shutter is open.
+pub(super) fn is_moving(motions: &[(usize, Motion)]) -> bool {
+    motions.iter().any(|(_, motion)| motion.rest().is_none())
+}
+
+fn delta_light(light: &DeltaLight, center: DVec3) -> Light {
     let local = |position: DVec3| (position - center).as_vec3();
     let unit = |direction: DVec3| direction.normalize().as_vec3();
     match *light {
@@ -55,7 +101,19 @@ fn is_light(colour: Spectrum) -> bool {
     colour.0.iter().all(|c| c.is_finite() && *c >= 0.0)
 }
 
-pub(super) fn validate_delta_light(light: &DeltaLight) -> Result<(), &'static str> {
+pub(super) fn validate_delta_lights(lights: &[DeltaLight], motions: &[(usize, Motion)]) -> Result<(), SceneError> {
+    for (i, light) in lights.iter().enumerate() {
+        validate_delta_light(light).map_err(|what| SceneError::DeltaLight(i, what))?;
+    }
+    for (i, motion) in motions {
+        motion.check().map_err(|what| SceneError::DeltaLight(*i, what))?;
+    }
+    let is_listed = motions.iter().all(|(i, _)| *i < lights.len());
+    let ascends = motions.windows(2).all(|pair| pair[0].0 < pair[1].0);
+    (is_listed && ascends).then_some(()).ok_or(SceneError::DeltaLight(lights.len(), "motions are of other lights"))
+}
+
+fn validate_delta_light(light: &DeltaLight) -> Result<(), &'static str> {
     let (colour, position, direction) = match *light {
         DeltaLight::Point { position, intensity } => (intensity, position, DVec3::X),
         DeltaLight::Spot { position, direction, half_angle, blend, intensity } => {

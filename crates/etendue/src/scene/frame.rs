@@ -2,7 +2,7 @@
 
 use super::{
     DeltaLight, Environment, Scene, SceneError,
-    build::{is_moving, places, validate_delta_lights, validate_material},
+    build::{is_moving, places, validate_material},
     distant,
     interiors::Interiors,
 };
@@ -18,6 +18,8 @@ pub struct FrameChanges {
     pub materials: Vec<(usize, Material)>,
     /// The lights that no ray can meet, all of them.
     pub delta_lights: Option<Vec<DeltaLight>>,
+    /// With these, the [motions](super::SceneParts::light_motions) of some of them.
+    pub light_motions: Vec<(usize, Motion)>,
     /// The light from all around; `Some(None)` for none.
     pub environment: Option<Option<Environment>>,
 }
@@ -32,7 +34,7 @@ impl Scene {
     /// As [`Scene::build`]; and [`SceneError::Reference`] or [`SceneError::Motion`] where an index is out of range or an object
     /// was built as one that never moves.
     pub fn with_frame(mut self, changes: FrameChanges, threads: usize) -> Result<Self, SceneError> {
-        let FrameChanges { motions, materials, delta_lights, environment } = changes;
+        let FrameChanges { motions, materials, delta_lights, light_motions, environment } = changes;
         let radius = self.radius();
         let mut shining = delta_lights.is_some() || environment.is_some();
         if !motions.is_empty() {
@@ -42,9 +44,10 @@ impl Scene {
         }
         shining |= self.set_materials(materials)?;
         if let Some(lights) = delta_lights {
-            validate_delta_lights(&lights)?;
-            self.parts.delta_lights = lights;
+            distant::validate_delta_lights(&lights, &light_motions)?;
+            (self.parts.delta_lights, self.parts.light_motions) = (lights, light_motions);
         }
+        self.is_moving = is_moving(&self.placements) || distant::is_moving(&self.parts.light_motions);
         // Light from infinity goes by the size of the scene.
         shining |= self.radius() != radius && self.lights.lights().iter().any(Light::is_infinite);
         let light = match environment {
@@ -84,7 +87,6 @@ impl Scene {
             object.motion = Some(motion);
             shining |= !matches!(placement.lights, super::FaceLights::None);
         }
-        self.is_moving = is_moving(&self.placements);
         Ok(shining)
     }
 

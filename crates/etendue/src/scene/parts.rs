@@ -152,6 +152,8 @@ pub struct SceneParts {
     pub materials: Vec<Material>,
     /// Lights that no ray can meet.
     pub delta_lights: Vec<DeltaLight>,
+    /// Motions of some of them while the shutter is open, by ascending index: `world = pose(time) * light`.
+    pub light_motions: Vec<(usize, Motion)>,
     /// Light from all around; absent: black.
     pub environment: Option<Environment>,
     /// What bodies and the world may be filled with; each name once.

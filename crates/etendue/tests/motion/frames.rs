@@ -81,6 +81,7 @@ fn changes(frame: usize) -> FrameChanges {
         motions: (0..8).map(|i| (i + 1, motion(i, frame))).collect(),
         materials: [1, 4].map(|i| (i, fresh.materials()[i].clone())).into(),
         delta_lights: Some(vec![light(frame)]),
+        light_motions: Vec::new(),
         environment: Some((frame > 0).then(|| Spectrum::splat(0.2).into())),
     }
 }

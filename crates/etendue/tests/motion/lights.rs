@@ -3,9 +3,11 @@
 use super::*;
 use etendue::{
     bsdf::metals,
+    integrator::Integrator,
     material::Scattering,
     math::dvec3,
-    scene::{Scene, Shape},
+    medium::Medium,
+    scene::{DeltaLight, Scene, Shape},
     spectrum::Spectrum,
     texture::{Samples, Texture, TextureImage, Transfer},
 };
@@ -102,4 +104,52 @@ fn a_lamp_on_its_way_lights_as_at_all_its_rests() {
     assert!(found.standard_error() < 0.003 * exact, "{}", found.standard_error());
     let sigma = (found.mean() - exact) / (found.standard_error() + 0.0005 * exact);
     assert!(sigma.abs() < 3.0, "{} not {exact}: {sigma}", found.mean());
+}
+
+/// Lights without extent on their way over a small plate, through air that is clear or not: the mean of their light at rests on the way.
+#[test]
+fn lights_without_extent_are_blurred_along_their_way() {
+    let end = pose(dvec3(1.0, 0.2, 0.3), 0.7, dvec3(0.0, 1.0, 0.0), dvec3(0.8, 0.3, -0.2));
+    let intensity = Spectrum::splat(2.0);
+    let (position, direction) = (dvec3(-0.3, 1.0, 0.1), dvec3(0.2, -1.0, 0.1));
+    let point = DeltaLight::Point { position, intensity };
+    let spot = DeltaLight::Spot { position, direction, half_angle: 0.8, blend: 0.5, intensity };
+    let sun = DeltaLight::Directional { direction, irradiance: intensity };
+    for (name, light, foggy) in
+        [("point", point, false), ("spot", spot, false), ("sun", sun, false), ("point in fog", point, true)]
+    {
+        let lit = |motion: Motion, replicates: u64| {
+            let mut parts = Parts::default();
+            let white = parts.diffuse([1.0; 3]);
+            parts.rectangle(dvec3(-0.05, 0.0, -0.05), DVec3::Z * 0.1, DVec3::X * 0.1, white);
+            // Another beside those that lamps are chosen among; the sun would be chosen seldom in so small a scene.
+            let other = DeltaLight::Point { position: DVec3::Y, intensity: Spectrum::splat(0.1) };
+            parts.0.delta_lights = if name == "sun" { vec![light] } else { vec![other, light] };
+            parts.0.light_motions = vec![(parts.0.delta_lights.len() - 1, motion)];
+            if foggy {
+                let (name, scattering) = ("fog".to_owned(), Spectrum::splat(0.3));
+                parts.0.media.push(Medium { name, scattering, ..Medium::default() });
+                parts.0.world_medium = Some("fog".to_owned());
+            }
+            let view = CameraSettings {
+                projection: Projection::Orthographic { height: 0.05 },
+                ..camera(dvec3(0.0, 0.5, 0.0), DVec3::ZERO)
+            };
+            let settings = etendue::render::RenderSettings { max_depth: Some(2), ..statistics(Integrator::Path, 64) };
+            means(&parts.build(), &view, [8, 8], &settings, replicates)
+        };
+        let found = lit(between(Pose::IDENTITY, end), 64);
+        let steps = 64;
+        let at = |i: u32| Pose::IDENTITY.between(end, (f64::from(i) + 0.5) / f64::from(steps));
+        let rests: Vec<_> = (0..steps).map(|i| lit(Motion::resting(at(i)), if foggy { 4 } else { 2 })).collect();
+        let exact = rests.iter().map(|rest| rest.mean()).sum::<f64>() / f64::from(steps);
+        let error = rests.iter().map(|rest| rest.standard_error().powi(2)).sum::<f64>().sqrt() / f64::from(steps);
+        let error = error.hypot(found.standard_error());
+        assert!(error < 0.004 * exact, "{name}: {error} of {exact}");
+        let sigma = (found.mean() - exact) / (error + 0.0005 * exact);
+        assert!(sigma.abs() < 3.2, "{name}: {} not {exact}: {sigma}", found.mean());
+        // At either end of its way it is another.
+        let ends = [0, steps - 1].map(|i| lit(Motion::resting(at(i)), 2).mean());
+        assert!(ends.iter().all(|end| (end / exact - 1.0).abs() > 0.02), "{name}: {ends:?} and {exact} say nothing");
+    }
 }

@@ -1,32 +1,40 @@
 //! Bodies of a scene, simulated as far as the frames need.
 
-use super::Stop;
 use crate::{
     exit::{Exit, Failure},
     load::Loaded,
     progress::StageView,
-    report, simulate,
+    simulate,
 };
 use etendue_motion::{Control, MotionError, Options, Progress};
-use etendue_scene::physics::BodyKind;
+use etendue_scene::{description::SceneDescription, physics::BodyKind};
 use std::ops::ControlFlow;
 
-/// Lets the bodies of the scene move its objects, up to a time, seconds, or as long as the scene says. A scene with keyframes has been
-/// simulated before.
-pub fn simulate(loaded: &mut Loaded, until: Option<f64>, stop: &Stop, quiet: bool) -> Result<(), Failure> {
+/// True if the scene has bodies whose motion is not read from a file.
+pub fn are_simulated(description: &SceneDescription) -> bool {
+    let mut bodies = description.objects.iter().filter_map(|object| object.body.as_ref());
+    description.animation.keyframes.is_none() && bodies.any(|body| body.kind == BodyKind::Dynamic)
+}
+
+/// Lets the bodies of the scene move its objects, up to a time, seconds, or as long as the scene says.
+pub fn simulate(
+    loaded: &mut Loaded,
+    until: Option<f64>,
+    stopped: &dyn Fn() -> bool,
+    quiet: bool,
+) -> Result<(), Failure> {
     let description = &loaded.description;
-    let is_dynamic = |body: &etendue_scene::physics::BodyRecord| body.kind == BodyKind::Dynamic;
-    let moves = description.objects.iter().filter_map(|object| object.body.as_ref()).any(is_dynamic);
-    if !moves || description.animation.keyframes.is_some() {
+    if !are_simulated(description) {
         return Ok(());
     }
     let physics = &description.physics;
-    let needed = until.map(|until| (until - physics.start).max(physics.step));
+    // A step more, so that no rounding lets the last moment be the end of the motion for a picture alone and not in a longer film.
+    let needed = until.map(|until| (until - physics.start).max(0.0) + physics.step);
     let options = Options { duration: physics.duration.or(needed), step: None };
     let view = StageView::new(quiet);
     let mut progress = |now: Progress| {
         view.update("simulate", now.done as f32 / now.total.max(1) as f32);
-        if stop.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let timeline = &loaded.timeline;
     let kinematic = |object: usize, time: f64| Some(timeline.track(object)?.at(time));
@@ -34,10 +42,7 @@ pub fn simulate(loaded: &mut Loaded, until: Option<f64>, stop: &Stop, quiet: boo
     let bake = etendue_motion::simulate(description, timeline.input(), options, &mut control);
     drop(view);
     let bake = bake.map_err(|error| match error {
-        MotionError::Stopped => {
-            report::say("interrupted before the first frame");
-            Failure::reported(Exit::Interrupted)
-        }
+        MotionError::Stopped => Failure::new(Exit::Interrupted, "interrupted while bodies were simulated"),
         error => simulate::failure(&error, &loaded.sources),
     })?;
     for (object, track) in bake.tracks() {
