@@ -44,7 +44,7 @@ fn picture(scene: &Scene, view: &CameraSettings, sampler: Sampler, spp: u32, see
 fn left_of_noise(noise: &[f64]) -> [f64; 2] {
     let side = SIDE as usize;
     let weight = |x: usize, y: usize| {
-        let squared = |at: usize| (at as f64 - REACH as f64).powi(2);
+        let squared = |at: usize| at.abs_diff(REACH) as f64 * at.abs_diff(REACH) as f64;
         libm::exp(-(squared(x) + squared(y)) / (2.0 * 1.5 * 1.5))
     };
     let window: Vec<_> = (0..=2 * REACH).flat_map(|y| (0..=2 * REACH).map(move |x| (x, y))).collect();
