@@ -66,15 +66,15 @@ impl LocalRay {
     /// The ray in the space of an instance at a shutter time, with the same parameter t.
     #[inline(always)]
     pub fn inside(&self, place: &Place, time: f32) -> Option<Self> {
-        match place {
-            Place::World => Some(*self),
-            Place::Fixed(transform) => self.mapped(&transform.to_object),
-            Place::Moving(motion) => self.mapped(&motion.to_object_at(time)),
-        }
-    }
-
-    #[inline(always)]
-    fn mapped(&self, rows: &[[f32; 4]; 3]) -> Option<Self> {
+        let moving;
+        let rows = match place {
+            Place::World => return Some(*self),
+            Place::Fixed(transform) => &transform.to_object,
+            Place::Moving(motion) => {
+                moving = motion.to_object_at(time);
+                &moving
+            }
+        };
         Self::new(affine(rows, self.origin), linear(rows, self.direction))
     }
 
