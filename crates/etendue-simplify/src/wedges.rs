@@ -350,6 +350,8 @@ impl Wedges {
             let mut values = self.list[wedge].values;
             for (value, scale) in values.iter_mut().zip(self.scales) {
                 *value /= if scale > 0.0 { scale } else { 1.0 };
+                // Sums overflow where the size of faces is beyond all measure.
+                *value = if value.is_finite() { *value } else { 0.0 };
             }
             let mut rest = values.as_slice();
             let mut take = |count: usize| {

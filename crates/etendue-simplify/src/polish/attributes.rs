@@ -81,8 +81,11 @@ fn place(mesh: &Mesh, faces: &[u32], point: [f64; 3]) -> Option<([u32; 3], [f64;
         let w = dot(cross(sub(b, a), sub(point, a)), normal) * scale;
         let weights = [1.0 - v - w, v, w];
         let inside = weights.into_iter().fold(f64::INFINITY, f64::min);
-        // A move is at most half an edge; what is far beyond that comes from a needle.
-        if inside > -1.0 && best.is_none_or(|(most, ..)| inside > most) {
+        // A move is at most half an edge; what is far beyond that comes from a needle. A face without area has no weights.
+        if weights.iter().all(|weight| weight.is_finite())
+            && inside > -1.0
+            && best.is_none_or(|(most, ..)| inside > most)
+        {
             best = Some((inside, corners, weights));
         }
     }

@@ -22,6 +22,9 @@ use nearby::Nearby;
 /// Times that all faces that are turned are looked at.
 const ROUNDS: usize = 8;
 
+/// Original faces that are enough to tell which of a few changes is better.
+const ENOUGH: usize = 40_000;
+
 /// Faces that are looked at in a round: so many, and one of so many of all.
 const LOOKED_AT: usize = 512;
 const ONE_OF: usize = 20;
@@ -63,9 +66,9 @@ pub(crate) fn set_upright(
         return Ok(0);
     }
     let node = nodes(draft);
-    let around = Field::of(draft, &node, may_move).around(&turned);
-    let places: Vec<(Point, f64)> = around.iter().flat_map(|&face| all[face as usize].places(ABOUT)).collect();
-    let Some(nearby) = Nearby::of(original, &places)? else { return Ok(0) };
+    let mut seen = Field::of(draft, &node, may_move).around(&turned);
+    let places: Vec<(Point, f64)> = seen.iter().flat_map(|&face| all[face as usize].places(ABOUT)).collect();
+    let Some(nearby) = Nearby::thinned(original, &places, ENOUGH)? else { return Ok(0) };
     let most = LOOKED_AT + all.len() / ONE_OF;
     let mut stay: Vec<u32> = Vec::new();
     for _ in 0..ROUNDS {
@@ -74,6 +77,7 @@ pub(crate) fn set_upright(
         }
         let mut field = Field::of(draft, &node, may_move);
         let around = field.around(&turned);
+        seen.extend(&around);
         stay.extend(turned.drain(turned.len().min(most)..));
         turned.retain(|&face| !field.mend(face, &nearby));
         // Where nothing has changed about a face, nothing else will be found.
@@ -87,8 +91,14 @@ pub(crate) fn set_upright(
             break;
         }
     }
-    turned.extend(stay.into_iter().filter(|&face| draft.mesh.faces[face as usize] != GONE));
-    let count = nearby.count_turned(&triangles(draft, &turned));
+    seen.sort_unstable();
+    seen.dedup();
+    let is_left = |face: &u32| draft.mesh.faces[*face as usize] != GONE;
+    let all: Vec<Triangle> = triangles(draft, &seen.into_iter().filter(is_left).collect::<Vec<u32>>());
+    let turned = turned_of(original, &all, (0..all.len() as u32).collect())?;
+    let turned: Vec<Triangle> = turned.into_iter().map(|i| all[i as usize]).collect();
+    let places: Vec<(Point, f64)> = turned.iter().flat_map(|face| face.places(ABOUT)).collect();
+    let count = Nearby::of(original, &places)?.map_or(0, |nearby| nearby.count_turned(&turned));
     draft.clean();
     Ok(count)
 }

@@ -35,13 +35,26 @@ pub(super) struct Look {
 impl Nearby {
     /// What of the original is within a distance of places; `None` if nothing is.
     pub fn of(original: &MeshRef<'_>, places: &[(Point, f64)]) -> Result<Option<Self>, SimplifyError> {
+        Self::thinned(original, places, usize::MAX)
+    }
+
+    /// The same with at most so many faces, evenly left out in their order: what is large beside them is near to others just as well.
+    pub fn thinned(
+        original: &MeshRef<'_>,
+        places: &[(Point, f64)],
+        most: usize,
+    ) -> Result<Option<Self>, SimplifyError> {
         let Some(grid) = Grid::around(places) else { return Ok(None) };
         let places = |face: &[u32; 3]| face.map(|v| original.positions[v as usize]);
         let is_near = |corners: &[[f32; 3]; 3]| corners.iter().all(|&p| is_in_reach(p)) && grid.holds(corners);
-        let near: Vec<[[f32; 3]; 3]> =
+        let mut near: Vec<[[f32; 3]; 3]> =
             original.faces.par_iter().with_min_len(PART).map(places).filter(is_near).collect();
         if near.is_empty() {
             return Ok(None);
+        }
+        let step = near.len().div_ceil(most);
+        if step > 1 {
+            near = near.into_iter().step_by(step).collect();
         }
         let normals = near.iter().map(|&corners| normal(corners)).collect();
         let indices = (0..near.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
