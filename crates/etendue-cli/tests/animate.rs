@@ -19,7 +19,7 @@ size = [24, 16]
 spp = 4
 
 [environment]
-radiance = 0.5
+radiance = { keys = [[0, 0.25], [1, 0.75]] }
 
 [animation]
 fps = 10
@@ -94,6 +94,7 @@ fn a_frame_alone_is_the_frame_of_the_sequence() {
 fn a_frame_is_a_picture_of_the_scene_at_its_time() {
     let folder = folder();
     let still = MOVING
+        .replace("radiance = { keys = [[0, 0.25], [1, 0.75]] }", "radiance = 0.5")
         .replace("position = { keys = [[0, [0, 1, 5]], [1, [1, 1, 5]]] }", "position = [0.5, 1, 5]")
         .replace("position = { keys = [[0, [2, 3, 2]], [1, [-2, 3, 2]]] }", "position = [0, 3, 2]")
         .replace(
@@ -159,6 +160,27 @@ fn noise_differs_unless_it_is_held() {
     assert_ne!(run("--seed 5"), moving);
 }
 
+/// Each for itself: the object, the camera and the light.
+#[test]
+fn what_moves_is_blurred_by_the_shutter() {
+    let folder = folder();
+    let moves = [
+        ("position = { keys = [[0, [0, 1, 5]], [1, [1, 1, 5]]] }", "position = [0, 1, 5]"),
+        ("position = { keys = [[0, [2, 3, 2]], [1, [-2, 3, 2]]] }", "position = [2, 3, 2]"),
+        ("motion = ", "# "),
+    ];
+    for one in 0..moves.len() {
+        let others = moves.iter().enumerate().filter(|(i, _)| *i != one);
+        let scene = others.fold(MOVING.to_owned(), |scene, (_, (keys, rest))| scene.replace(keys, rest));
+        folder.put("one.toml", scene);
+        let [sharp, blurred] = ["0,0", "0,0.5"].map(|shutter| {
+            let words = format!("animate one.toml -o f.%d.png --frames 2 --json --shutter {shutter}");
+            hashes(&folder.run(&words).with_code(0))
+        });
+        assert_ne!(sharp, blurred, "{}", moves[one].0);
+    }
+}
+
 #[test]
 fn resumed_frames_are_those_that_are_not_there() {
     let folder = folder();
@@ -179,6 +201,22 @@ fn resumed_frames_are_those_that_are_not_there() {
     // Other settings make other frames, and so does another time.
     assert_eq!(resumed(&folder.run(&format!("{words} --spp 5")).with_code(0)), [false; 5]);
     assert_eq!(resumed(&folder.run(&format!("{words} --spp 5 --speed 2")).with_code(0)), [false; 5]);
+    // So do another scene, and another time or shutter where the camera rests.
+    let resting = MOVING.replace("position = { keys = [[0, [0, 1, 5]], [1, [1, 1, 5]]] }", "position = [0, 1, 5]");
+    let mut seen = std::collections::BTreeSet::new();
+    for (scene, words) in [
+        (resting.clone(), words.to_owned()),
+        (resting.replace("intensity = 8", "intensity = 9"), words.to_owned()),
+        (resting.clone(), format!("{words} --start 0.3")),
+        (resting.clone(), format!("{words} --shutter 0,0.3")),
+        (resting, format!("{words} --shutter 0,0")),
+    ] {
+        folder.put("moving.toml", scene);
+        let fresh = folder.run(&words).with_code(0);
+        assert_eq!(resumed(&fresh), [false; 5], "{words}");
+        assert!(seen.insert(hashes(&fresh)), "another picture: {words}");
+        assert_eq!(resumed(&folder.run(&words).with_code(0)), [true; 5], "{words}");
+    }
 }
 
 #[test]
