@@ -39,7 +39,7 @@ type Point = [f64; 3];
 const BESIDE: f64 = 0.1;
 const ABOUT: f64 = 0.2;
 /// How many times that, where nothing is as near.
-const FACTORS: [f64; 3] = [1.0, 20.0, 400.0];
+const FACTORS: [f64; 4] = [1.0, 4.0, 16.0, 256.0];
 
 /// Mends faces that are turned over against the original, which is in the unit of the mesh; gives the number of those that stay so.
 ///
