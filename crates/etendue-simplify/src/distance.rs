@@ -128,15 +128,21 @@ pub(crate) fn between(
     Ok(Distance { forth, back, diagonal: a.diagonal() })
 }
 
-/// Vertices of faces that are in reach, in ascending order.
+/// Vertices of faces that are in reach, in ascending order. Faces with two corners at one place count where there is nothing
+/// else.
 fn used_vertices(mesh: &MeshRef<'_>) -> Vec<u32> {
-    let mut is_used = vec![false; mesh.positions.len()];
-    for face in mesh.faces {
-        if face.iter().all(|&v| is_in_reach(mesh.positions[v as usize])) {
+    let corners = |face: &[u32; 3]| face.map(|v| mesh.positions[v as usize]);
+    let of_faces = |counts: &dyn Fn([[f32; 3]; 3]) -> bool| -> Vec<u32> {
+        let mut is_used = vec![false; mesh.positions.len()];
+        for face in
+            mesh.faces.iter().filter(|&face| corners(face).into_iter().all(is_in_reach) && counts(corners(face)))
+        {
             face.iter().for_each(|&v| is_used[v as usize] = true);
         }
-    }
-    (0..is_used.len()).filter(|&v| is_used[v]).map(|v| v as u32).collect()
+        (0..is_used.len()).filter(|&v| is_used[v]).map(|v| v as u32).collect()
+    };
+    let vertices = of_faces(&|[a, b, c]| a != b && b != c && c != a);
+    if vertices.is_empty() { of_faces(&|_| true) } else { vertices }
 }
 
 /// The points of a block and what is found for them.

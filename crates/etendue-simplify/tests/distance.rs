@@ -5,7 +5,7 @@ mod shapes;
 
 use std::ops::ControlFlow;
 
-use etendue_simplify::{Mesh, SimplifyError, distance};
+use etendue_simplify::{Mesh, Options, SimplifyError, Target, distance, simplify};
 use shapes::*;
 
 #[test]
@@ -109,4 +109,20 @@ fn any_size() {
             assert!((found / (usual * size) - 1.0).abs() < 1e-6, "2^{exponent}: {} {usual}", found / size);
         }
     }
+}
+
+/// A face with two corners at one place is a line that sticks out, and is left out of what is simplified.
+#[test]
+fn a_line_that_sticks_out_is_no_surface() {
+    let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [9.0, 0.0, 5.0]];
+    let plain = mesh_of(square[..4].to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
+    let spiked = mesh_of(square.to_vec(), vec![[0, 1, 2], [0, 2, 3], [1, 4, 1], [4, 4, 1]]);
+    let found = distance(&spiked.as_ref(), &plain.as_ref(), 1000, 0, &mut carry_on).unwrap();
+    assert!(found.largest() < 1e-12 && found.diagonal == 2f64.sqrt(), "{found:?}");
+    let options = Options { polish: false, ..Options::new(Target::Error(0.01)) };
+    let result = simplify(&spiked.as_ref(), &options, &mut carry_on).unwrap();
+    assert!(result.report.distance.unwrap().largest() <= 0.01);
+    // Where there is nothing else, it is what there is.
+    let line = mesh_of(square.to_vec(), vec![[1, 4, 1]]);
+    assert!(distance(&line.as_ref(), &plain.as_ref(), 10, 0, &mut carry_on).unwrap().largest() > 9.0);
 }
