@@ -114,7 +114,7 @@ fn bad_transforms_are_refused() {
     for kind in AcceleratorKind::ALL {
         let build = || Accelerator::build(&still, kind, Isa::detect(), 1).unwrap();
         let error = build().with_places(good[1..].to_vec(), 1).unwrap_err();
-        assert_eq!(error, BuildError::Places { places: 4, instances: 5 });
+        assert_eq!(error, BuildError::Places { places: 5, instances: 6 });
         let mut nan = good.clone();
         nan[2] = Place::Fixed(Transform { to_world: [[f32::NAN; 4]; 3], ..Transform::IDENTITY });
         let mut far = good.clone();
