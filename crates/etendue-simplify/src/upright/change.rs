@@ -18,7 +18,7 @@ const MOST_FACES: usize = 64;
 const THIN: f64 = 1e-3;
 
 /// A change goes at most so far, over the longest edge of the face that it is for, or so many times as far as its faces were.
-const OF_EDGE: f64 = 0.1;
+const OF_EDGE: f64 = 0.05;
 const AS_FAR: f64 = 2.0;
 
 /// A mesh with the faces at each of its points.
@@ -33,6 +33,8 @@ pub(super) struct Field<'a> {
     stale: Vec<bool>,
     /// Nodes of faces that were changed.
     stirred: Vec<bool>,
+    /// Faces that were changed.
+    pub changed: Vec<u32>,
 }
 
 /// What may be done.
@@ -73,7 +75,8 @@ impl<'a> Field<'a> {
         let name = |face: &[u32; 3]| if *face == GONE { [0; 3] } else { face.map(|v| node[v as usize]) };
         let names: Vec<[u32; 3]> = draft.mesh.faces.iter().map(name).collect();
         let incident = Grouped::new(node.len(), &names);
-        Self { draft, node, may_move, incident, stale: vec![false; node.len()], stirred: vec![false; node.len()] }
+        let none = vec![false; node.len()];
+        Self { draft, node, may_move, incident, stale: none.clone(), stirred: none, changed: vec![] }
     }
 
     /// Some faces and those that share a point with them, ascending.
@@ -251,10 +254,13 @@ impl<'a> Field<'a> {
 
     /// A changed face.
     fn changed(&self, change: &Change, corners: [u32; 3]) -> Triangle {
-        Triangle::at(corners.map(|v| match change.moved {
-            Some((node, place)) if self.node[v as usize] == node => place,
-            _ => self.draft.mesh.positions[v as usize],
-        }))
+        Triangle::at(
+            corners.map(|v| match change.moved {
+                Some((node, place)) if self.node[v as usize] == node => place,
+                _ => self.draft.mesh.positions[v as usize],
+            }),
+            self.draft.rounding,
+        )
     }
 
     /// Of some changes the one that leaves the fewest faces turned over, and of these the one that goes the least far; `None` if all
@@ -267,7 +273,7 @@ impl<'a> Field<'a> {
             let stays = change.faces.iter().filter(|(_, corners)| *corners != GONE);
             faces.extend(stays.map(|&(_, corners)| self.changed(&change, corners)));
             let worst = before.of_change(&change).map(|(face, _)| face.shape()).fold(THIN * THIN, f64::min);
-            if faces[first..].iter().all(|face| face.is_in_reach && face.shape() >= worst && face.shape() > 0.0) {
+            if faces[first..].iter().all(|face| face.is_surface && face.shape() >= worst) {
                 fine.push((change, faces.len()));
             } else {
                 faces.truncate(first);
@@ -310,6 +316,7 @@ impl<'a> Field<'a> {
             let before = self.nodes(face);
             before.iter().for_each(|&node| self.stirred[node as usize] = true);
             self.draft.mesh.faces[face as usize] = corners;
+            self.changed.push(face);
         }
         for node in change.stale {
             self.stale[node as usize] = true;
