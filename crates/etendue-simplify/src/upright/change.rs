@@ -5,6 +5,7 @@ use etendue_accel::closest_on_triangle;
 use super::nearby::Look;
 use super::{Grouped, Nearby, Point, Triangle};
 use crate::block::MOVED;
+use crate::curves::Curves;
 use crate::draft::Draft;
 use crate::faces::GONE;
 use crate::polish::continue_at;
@@ -26,6 +27,7 @@ pub(super) struct Field<'a> {
     pub draft: &'a mut Draft,
     /// The first vertex at the point of each.
     node: &'a [u32],
+    curves: Option<&'a Curves>,
     may_move: bool,
     /// Faces of nodes, when the field was made.
     incident: Grouped,
@@ -71,12 +73,12 @@ impl Before {
 }
 
 impl<'a> Field<'a> {
-    pub fn of(draft: &'a mut Draft, node: &'a [u32], may_move: bool) -> Self {
+    pub fn of(draft: &'a mut Draft, node: &'a [u32], curves: Option<&'a Curves>, may_move: bool) -> Self {
         let name = |face: &[u32; 3]| if *face == GONE { [0; 3] } else { face.map(|v| node[v as usize]) };
         let names: Vec<[u32; 3]> = draft.mesh.faces.iter().map(name).collect();
         let incident = Grouped::new(node.len(), &names);
         let none = vec![false; node.len()];
-        Self { draft, node, may_move, incident, stale: none.clone(), stirred: none, changed: vec![] }
+        Self { draft, node, curves, may_move, incident, stale: none.clone(), stirred: none, changed: vec![] }
     }
 
     /// Some faces and those that share a point with them, ascending.
@@ -160,6 +162,10 @@ impl<'a> Field<'a> {
             return None;
         }
         let (from, to) = (self.place(a), self.place(b));
+        // A crease is kept.
+        if self.curves.is_some_and(|curves| curves.join([from, to])) {
+            return None;
+        }
         Some(Change {
             faces: vec![(face, [a, d, c]), (other, [d, b, c])],
             moved: None,

@@ -11,6 +11,7 @@ use std::ops::ControlFlow;
 
 use etendue_accel::ClosestPoints;
 
+use crate::curves::Curves;
 use crate::draft::Draft;
 use crate::faces::GONE;
 use crate::polish::Grouped;
@@ -52,6 +53,7 @@ const ABOUT: f64 = 0.2;
 pub(crate) fn set_upright(
     original: &MeshRef<'_>,
     stand_in: Option<&ClosestPoints>,
+    curves: Option<&Curves>,
     may_move: bool,
     draft: &mut Draft,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -70,7 +72,7 @@ pub(crate) fn set_upright(
     }
     let node = nodes(draft);
     let mut seen = turned.clone();
-    let around = Field::of(draft, &node, may_move).around(&turned);
+    let around = Field::of(draft, &node, curves, may_move).around(&turned);
     let places: Vec<(Point, f64)> = around.iter().flat_map(|&face| all[face as usize].places(ABOUT)).collect();
     let Some(nearby) = Nearby::thinned(original, &places, ENOUGH)? else { return Ok(0) };
     let most = LOOKED_AT + all.len() / ONE_OF;
@@ -79,7 +81,7 @@ pub(crate) fn set_upright(
         if progress(Progress { stage: Stage::Polish, done: 1.0 }).is_break() {
             return Err(SimplifyError::Interrupted);
         }
-        let mut field = Field::of(draft, &node, may_move);
+        let mut field = Field::of(draft, &node, curves, may_move);
         let around = field.around(&turned);
         stay.extend(turned.drain(turned.len().min(most)..));
         turned.retain(|&face| !field.mend(face, &nearby));
