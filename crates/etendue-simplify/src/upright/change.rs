@@ -40,7 +40,7 @@ pub(super) struct Field<'a> {
 }
 
 /// What may be done.
-struct Change {
+pub(super) struct Change {
     /// Faces and what their corners become; [`GONE`] if they go.
     faces: Vec<(u32, [u32; 3])>,
     /// A node that moves, and where to.
@@ -212,7 +212,7 @@ impl<'a> Field<'a> {
     }
 
     /// A free vertex into another.
-    fn collapse(&self, from: u32, to: u32) -> Option<Change> {
+    pub(super) fn collapse(&self, from: u32, to: u32) -> Option<Change> {
         let mesh = &self.draft.mesh;
         let is_alone = |vertex: u32| {
             let next = self.node.get(vertex as usize + 1);

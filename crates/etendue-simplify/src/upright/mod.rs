@@ -201,3 +201,6 @@ impl Triangle {
 
 /// Points of a face that are looked at.
 const POINTS: usize = 4;
+
+#[cfg(test)]
+mod tests;
