@@ -116,7 +116,8 @@ fn what_is_narrower_than_rounding_is_left() {
 fn fan(corners: u32) -> Draft {
     let angle = |i: u32| f64::from(2 * i + 1) / f64::from(corners) * std::f64::consts::PI;
     let rim = |i: u32| [0.5 * libm::cos(angle(i)), 0.5 * libm::sin(angle(i))].map(|x| x as f32);
-    let beside = (0.5 * libm::cos(std::f64::consts::PI / f64::from(corners)) + 0.02) as f32;
+    let half = std::f64::consts::PI / f64::from(corners);
+    let beside = (0.5 * libm::cos(half) + 0.04 * libm::sin(half)) as f32;
     let places: Vec<[f32; 2]> = std::iter::once([beside, 0.0]).chain((0..corners).map(rim)).collect();
     let faces: Vec<[u32; 3]> = (0..corners).map(|i| [0, i + 1, (i + 1) % corners + 1]).collect();
     let mut fan = draft(&places, &faces, Kind::Fixed);
