@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use etendue_accel::{ClosestPoint, ClosestPoints, Isa, TriangleMesh};
+use rayon::prelude::*;
 
 use super::Originals;
 use super::fit::{Fit, Wish};
@@ -16,6 +17,9 @@ use crate::{Mesh, SimplifyError};
 /// Points of the original: so many for each face, and so many more.
 const SAMPLES_A_FACE: usize = 4;
 const SAMPLES: usize = 80_000;
+
+/// Of the mean square over the surface: curves that are met better are left.
+const ENOUGH: f64 = 0.01;
 
 /// At most so many vertices of the original are watched besides.
 const WATCHED: usize = 40_000;
@@ -227,14 +231,21 @@ impl<'a> Rounds<'a> {
     fn slide(&mut self) -> bool {
         let Some(curves) = self.curves else { return false };
         let squares = self.squares_at();
+        let enough = ENOUGH * self.score.squares / self.normals.len() as f64;
         let mut any = false;
-        for i in 0..self.sliders.len() {
-            let node = self.sliders[i].node;
-            if self.may_slide[node as usize]
-                && let Some(there) = wished(&self.sliders[i], curves, &self.positions)
-            {
+        // In halves, for threads: what is next to a node along its curve seldom moves at the same time.
+        for half in 0..2 {
+            let may_slide = |slider: &&Slider| slider.node % 2 == half && self.may_slide[slider.node as usize];
+            let sliders: Vec<&Slider> = self.sliders.iter().filter(may_slide).collect();
+            let positions = &self.positions;
+            let wishes: Vec<(u32, Option<[f64; 3]>)> = sliders
+                .par_iter()
+                .with_min_len(16)
+                .map(|slider| (slider.node, wished(slider, curves, positions, enough)))
+                .collect();
+            for (node, there) in wishes {
                 let before = self.positions[node as usize];
-                if self.try_place(node, there.map(|x| x as f32)) {
+                if there.is_some_and(|there| self.try_place(node, there.map(|x| x as f32))) {
                     self.slid.push((node, before, squares[node as usize]));
                     any = true;
                 }

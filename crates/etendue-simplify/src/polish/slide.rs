@@ -93,10 +93,13 @@ fn is_on_curve(
 
 /// Where a node should go along its curve so that the edges to those next to it are nearest to the curve between them, in the sense
 /// of least squares. It keeps its offset from the curve, so that it is never farther from it. `None` if it is best where it is, or if
-/// the curve cannot be followed.
-pub(super) fn wished(slider: &Slider, curves: &Curves, positions: &[[f32; 3]]) -> Option<Point> {
+/// the curve cannot be followed or is met so well that its mean square is at most `enough`.
+pub(super) fn wished(slider: &Slider, curves: &Curves, positions: &[[f32; 3]], enough: f64) -> Option<Point> {
     let part = Part::of(slider, curves, positions)?;
     let least = part.squares(part.now);
+    if least <= enough * SAMPLES as f64 {
+        return None;
+    }
     let mut best = (least, part.now);
     let length = part.path.length();
     let mut step = length / PLACES as f64;
