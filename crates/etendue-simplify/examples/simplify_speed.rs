@@ -1,11 +1,11 @@
 //! Seconds and errors of simplification.
 //!
 //! `simplify_speed [POSITIONS FACES] TARGET [OUT]`: raw little-endian f32 and u32 triples, or without them a bumpy sphere; with
-//! OUT, the result as `OUT.positions` and `OUT.faces`.
+//! OUT, the result as `OUT.positions` and `OUT.faces`; with `--measure N`, the distance from N points each way.
 
 use std::ops::ControlFlow;
 
-use etendue_simplify::{MeshRef, Options, Placement, Target, simplify};
+use etendue_simplify::{MeshRef, Options, Placement, Target, distance, simplify};
 
 fn main() {
     let mut args: Vec<String> = std::env::args().skip(1).collect();
@@ -23,6 +23,7 @@ fn main() {
         Some(args.remove(found))
     };
     let sigma = value("--sigma").map(|v| v.parse().expect("a number"));
+    let samples: Option<usize> = value("--measure").map(|v| v.parse().expect("a number"));
     let method = value("--method");
     let placement = value("--placement");
     let read = |path: &str| std::fs::read(path).expect("a file");
@@ -69,6 +70,13 @@ fn main() {
     let result = result.expect("a result");
     println!("{:?}", result.report);
     println!("seconds {:.4} (least {:.4})", seconds[runs / 2], seconds[0]);
+    if let Some(samples) = samples {
+        let found = distance(&mesh, &result.mesh.as_ref(), samples, 0, &mut |_| ControlFlow::Continue(()));
+        let found = found.expect("surfaces");
+        let [rms, largest] = [found.rms(), found.largest()].map(|x| 1e4 * x / found.diagonal);
+        println!("in 1e-4 of the diagonal: rms {rms:.4}, largest {largest:.3}");
+        println!("farthest from the original {:?}, from the result {:?}", found.forth.farthest, found.back.farthest);
+    }
     if let Some(out) = args.get(1) {
         let bytes: Vec<u8> = result.mesh.positions.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
         std::fs::write(format!("{out}.positions"), bytes).expect("written");

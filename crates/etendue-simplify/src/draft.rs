@@ -19,6 +19,8 @@ pub(crate) struct Draft {
     pub sources: Vec<u32>,
     /// The sum of the normals of all original faces that were merged into it.
     pub facing: Vec<Vec3>,
+    /// What is narrower than this, in the unit of positions, is rounding.
+    pub rounding: f64,
 }
 
 impl Draft {
@@ -46,7 +48,8 @@ impl Draft {
         let kinds = owners.iter().map(|&v| work.vertices[v as usize].kind).collect();
         let sources = owners.iter().map(|&v| work.sources[v as usize]).collect();
         let facing = owners.iter().map(|&v| work.facing[v as usize]).collect();
-        let mut draft = Self { mesh, kinds, owners, sources, facing };
+        let rounding = work.unit * f64::from(f32::EPSILON);
+        let mut draft = Self { mesh, kinds, owners, sources, facing, rounding };
         draft.settle(positions);
         draft
     }

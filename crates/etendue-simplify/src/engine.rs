@@ -30,6 +30,8 @@ pub(crate) struct Work {
     pub wedges: Option<Wedges>,
     /// Positions are in this unit of the input's.
     pub unit: f64,
+    /// Edges of curves of the input, by its vertices: open edges, borders, seams, creases.
+    pub curves: Vec<[u32; 2]>,
     /// What the surface was when it had few enough faces, if that is kept: see [`Work::keep_for`].
     pub stand_in: Option<TriangleMesh>,
     pub keep_stand_in: bool,

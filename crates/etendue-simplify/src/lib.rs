@@ -7,6 +7,7 @@ mod block;
 mod bounded;
 mod check;
 mod cost;
+mod curves;
 mod cut;
 mod distance;
 mod draft;

@@ -124,6 +124,7 @@ pub(crate) fn prepare(mesh: &MeshRef<'_>, options: &Options, metric: &Metric) ->
         .with_min_len(1024)
         .map_init(Fan::default, |fan, v| surface.vertex(v, fan))
         .unzip();
+    let curves = surface.curves(&vertices, &vertex_of);
     let wedges = wedges.map(|(mut wedges, _)| {
         if let Some(corners) = &corners {
             wedges.measure(&positions, &faces, corners, |v| rings.at(v), &mut vertices);
@@ -132,8 +133,13 @@ pub(crate) fn prepare(mesh: &MeshRef<'_>, options: &Options, metric: &Metric) ->
     });
     let faces = Faces { corners: faces, wedges: corners, materials };
     let keep_stand_in = options.polish && !options.fast;
-    (Work { vertices, facing, sources: vertex_of, faces, wedges, unit, stand_in: None, keep_stand_in }, dropped)
+    (Work { vertices, facing, sources: vertex_of, faces, wedges, unit, curves, stand_in: None, keep_stand_in }, dropped)
 }
+
+/// A surface that is all curves has none to follow: one that is rough, or triangles on their own. At most so many edges, and one for so
+/// many faces more.
+const CURVES: usize = 20_000;
+const CURVE_OF: usize = 8;
 
 /// The least power of two that is not below `x`; 1 for 0.
 fn power_of_two_above(x: f32) -> f64 {
@@ -290,6 +296,22 @@ struct Surface<'a> {
 }
 
 impl Surface<'_> {
+    /// The edges of curves, by vertices of the input; none if there are too many.
+    fn curves(&self, vertices: &[Vertex], vertex_of: &[u32]) -> Vec<[u32; 2]> {
+        let most = CURVES + self.faces.len() / CURVE_OF;
+        let on_curves: Vec<usize> = (0..vertices.len()).filter(|&v| vertices[v].has_curve).collect();
+        // Each edge has two ends.
+        if on_curves.len() > 2 * most {
+            return Vec::new();
+        }
+        let edges: Vec<[u32; 2]> =
+            on_curves.into_par_iter().map_init(Fan::default, |fan, v| self.curves_at(v, fan)).flatten_iter().collect();
+        if edges.len() > most {
+            return Vec::new();
+        }
+        edges.into_iter().map(|ends| ends.map(|v| vertex_of[v as usize])).collect()
+    }
+
     fn vertex(&self, v: usize, fan: &mut Fan) -> (Vertex, Vec3) {
         fan.set(v as u32, self.rings.at(v), self.faces);
         let origin = self.positions[v];
@@ -307,6 +329,7 @@ impl Surface<'_> {
         }
         let mut features = 0;
         let mut open = 0;
+        let mut creases = 0;
         for ((leaf, next), &(normal, _)) in fan.leaves.iter().zip(&fan.next).zip(&fan.normals) {
             let Some(next) = next else {
                 open += 1;
@@ -314,15 +337,12 @@ impl Surface<'_> {
                 continue;
             };
             let other = fan.leaves[*next as usize];
-            let border = self.materials.is_some_and(|m| m[leaf[2] as usize] != m[other[2] as usize])
-                || self.corners.is_some()
-                    && (self.wedge(leaf[2], v as u32) != self.wedge(other[2], v as u32)
-                        || self.wedge(leaf[2], leaf[1]) != self.wedge(other[2], leaf[1]));
             let other_normal = fan.normals[*next as usize].0;
-            if border {
+            if self.is_border(v as u32, leaf, &other) {
                 features += 1;
                 self.stand(&mut quadric, origin, leaf[1], normal, BORDER_WEIGHT);
             } else if dot(normal, other_normal) < self.crease_cosine {
+                creases += 1;
                 self.stand(&mut quadric, origin, leaf[1], normal, CREASE_WEIGHT);
                 self.stand(&mut quadric, origin, leaf[1], other_normal, CREASE_WEIGHT);
             }
@@ -345,7 +365,37 @@ impl Surface<'_> {
                 _ => Kind::Fixed,
             }
         };
-        (Vertex { position: origin, quadric, kind, dead: false, held: false, stamp: 0 }, facing)
+        let has_curve = features + open + creases > 0;
+        (Vertex { position: origin, quadric, kind, dead: false, held: false, has_curve, stamp: 0 }, facing)
+    }
+
+    /// The edges of curves from a vertex to those after it: open ones, borders, seams and creases.
+    fn curves_at(&self, v: usize, fan: &mut Fan) -> Vec<[u32; 2]> {
+        fan.set(v as u32, self.rings.at(v), self.faces);
+        let normal = |face: u32| {
+            let [a, b, c] = self.faces[face as usize].map(|v| self.positions[v as usize]);
+            let normal = cross(sub(b, a), sub(c, a));
+            let length = dot(normal, normal).sqrt();
+            if length > 0.0 { scale(normal, 1.0 / length) } else { [0.0; 3] }
+        };
+        let is_curve = |leaf: &[u32; 3], next: Option<u32>| {
+            next.is_none_or(|next| {
+                let other = fan.leaves[next as usize];
+                self.is_border(v as u32, leaf, &other) || dot(normal(leaf[2]), normal(other[2])) < self.crease_cosine
+            })
+        };
+        let closed =
+            fan.leaves.iter().zip(&fan.next).filter(|(leaf, next)| is_curve(leaf, **next)).map(|(leaf, _)| leaf[1]);
+        let opened = fan.leaves.iter().zip(&fan.entered).filter(|(_, entered)| **entered == 0).map(|(leaf, _)| leaf[0]);
+        closed.chain(opened).filter(|&n| n > v as u32).map(|n| [v as u32, n]).collect()
+    }
+
+    /// True if materials or attributes differ on both sides of the edge from `v` to the last corner of a leaf.
+    fn is_border(&self, v: u32, leaf: &[u32; 3], other: &[u32; 3]) -> bool {
+        self.materials.is_some_and(|m| m[leaf[2] as usize] != m[other[2] as usize])
+            || self.corners.is_some()
+                && (self.wedge(leaf[2], v) != self.wedge(other[2], v)
+                    || self.wedge(leaf[2], leaf[1]) != self.wedge(other[2], leaf[1]))
     }
 
     /// The wedge of a face at one of its corners.

@@ -6,10 +6,11 @@ use std::time::Instant;
 use etendue_accel::TriangleMesh;
 
 use crate::bounded::bounded;
+use crate::curves::Curves;
 use crate::draft::Draft;
 use crate::engine::reduce;
 use crate::metric::Metric;
-use crate::polish::polish;
+use crate::polish::{Originals, polish};
 use crate::prepare::{prepare, validate};
 use crate::scale::Scale;
 use crate::surface::search;
@@ -108,6 +109,7 @@ pub(crate) fn reduced(
     let unit = work.unit;
     // Where nothing was collapsed, all is in its place.
     let stand_in = work.stand_in.take().filter(|_| outcome.collapses > 0);
+    let curves = if outcome.collapses > 0 { Curves::of(mesh.positions, &work.curves)? } else { None };
     let mut draft = Draft::of(work, mesh.positions);
     let collapse_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
@@ -115,13 +117,14 @@ pub(crate) fn reduced(
     if let Some(stand_in) = stand_in {
         let search = search_stand_in.insert(search(&borrowed(&stand_in))?);
         let before = draft.mesh.positions.clone();
-        polish(mesh, search, &mut draft.mesh, &draft.kinds, progress)?;
+        let originals = Originals { mesh, stand_in: search, curves: curves.as_ref() };
+        polish(&originals, &mut draft.mesh, &draft.kinds, libm::cos(options.crease_angle), progress)?;
         draft.note_moves(&before);
         draft.settle(mesh.positions);
     }
     let turned = if outcome.collapses > 0 {
         let may_move = options.placement != Placement::Endpoint || options.polish && !options.fast;
-        set_upright(mesh, search_stand_in.as_ref(), may_move, &mut draft, progress)?
+        set_upright(mesh, search_stand_in.as_ref(), curves.as_ref(), may_move, &mut draft, progress)?
     } else {
         0
     };

@@ -27,6 +27,8 @@ pub(crate) struct Vertex {
     pub dead: bool,
     /// True if faces of other blocks are at it, so that it has to wait.
     pub held: bool,
+    /// True if it was on a curve of the input at the start: an open edge, a border, a seam or a crease.
+    pub has_curve: bool,
     /// Counts changes of the vertex and of all that were merged into it, so that the sum of two vertices' stamps never
     /// repeats.
     pub stamp: u32,

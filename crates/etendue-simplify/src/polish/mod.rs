@@ -9,11 +9,13 @@ mod attributes;
 mod fit;
 mod net;
 mod rounds;
+mod slide;
 
 use std::ops::ControlFlow;
 
 use etendue_accel::ClosestPoints;
 
+use crate::curves::Curves;
 use crate::vertex::Kind;
 use crate::{Mesh, MeshRef, Progress, SimplifyError, Stage};
 pub(crate) use attributes::continue_at;
@@ -27,23 +29,32 @@ const ROUNDS: usize = 3;
 /// Times that moves may be taken back at the end.
 const REPAIRS: usize = 3;
 
+/// What a mesh is polished towards.
+pub(crate) struct Originals<'a> {
+    pub mesh: &'a MeshRef<'a>,
+    /// Stands for it where distances to it are measured.
+    pub stand_in: &'a ClosestPoints,
+    pub curves: Option<&'a Curves>,
+}
+
 /// Moves the vertices of a simplified mesh, each as far as its kind lets it, so that the surface comes nearer to that of the original;
 /// attributes follow. Vertices at one position stay together, and have the strictest of their kinds. No face turns over or
 /// loses its shape, and what is measured on points of the original, root mean square and largest distance, gets no worse; nor does the
-/// largest distance from vertices and middles of faces to `stand_in`, which stands for the original. Vertices on curves stay.
+/// largest distance from vertices and middles of faces to what stands for the original. Vertices of curves slide along them, and stay where
+/// they end or meet; edges are creases where their cosine is below `crease_cosine` and they run along one of the original's.
 /// Indices of both meshes have been checked. The result does not depend on the number of threads.
 pub(crate) fn polish(
-    original: &MeshRef<'_>,
-    stand_in: &ClosestPoints,
+    originals: &Originals<'_>,
     simplified: &mut Mesh,
     pinned: &[Kind],
+    crease_cosine: f64,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<(), SimplifyError> {
     let net = Net::of(simplified, pinned);
     if !net.can_move() {
         return Ok(());
     }
-    let Some(mut rounds) = Rounds::start(original, stand_in, &net) else { return Ok(()) };
+    let Some(mut rounds) = Rounds::start(originals, &net, simplified, crease_cosine) else { return Ok(()) };
     for round in 0..=ROUNDS + REPAIRS {
         let done = round as f32 / (ROUNDS + REPAIRS + 1) as f32;
         if (progress)(Progress { stage: Stage::Polish, done }).is_break() {

@@ -80,7 +80,7 @@ impl Net {
 
     /// True if any node may move.
     pub fn can_move(&self) -> bool {
-        self.kinds.contains(&Kind::Free)
+        self.kinds.iter().any(|&kind| kind != Kind::Fixed)
     }
 
     fn corners(&self, face: usize, positions: &[[f32; 3]]) -> [[f64; 3]; 3] {

@@ -4,11 +4,14 @@ use std::sync::Arc;
 
 use etendue_accel::{ClosestPoint, ClosestPoints, Isa, TriangleMesh};
 
+use super::Originals;
 use super::fit::{Fit, Wish};
 use super::net::Net;
+use super::slide::{Slider, leashes, sliders, wished};
+use crate::curves::Curves;
 use crate::surface::{Areas, Sample, dot, is_in_reach, length, normal, sub};
 use crate::vertex::Kind;
-use crate::{MeshRef, SimplifyError};
+use crate::{Mesh, SimplifyError};
 
 /// Points of the original: so many for each face, and so many more.
 const SAMPLES_A_FACE: usize = 4;
@@ -57,11 +60,20 @@ pub(super) struct Rounds<'a> {
     /// points.
     alone: Vec<f64>,
     may_move: Vec<bool>,
+    curves: Option<&'a Curves>,
+    /// Nodes of curves, and which nodes may slide, if they are such.
+    sliders: Vec<Slider>,
+    may_slide: Vec<bool>,
+    /// Nodes that slid last, where they were, and the squares about them.
+    slid: Vec<(u32, [f32; 3], f64)>,
+    /// How far each node may be from its curve.
+    leashes: Vec<f64>,
 }
 
 impl<'a> Rounds<'a> {
     /// `None` if the original has no area.
-    pub fn start(original: &MeshRef<'_>, stand_in: &'a ClosestPoints, net: &'a Net) -> Option<Self> {
+    pub fn start(originals: &Originals<'a>, net: &'a Net, mesh: &Mesh, crease_cosine: f64) -> Option<Self> {
+        let original = originals.mesh;
         let areas = Areas::of(original);
         if areas.total() == 0.0 {
             return None;
@@ -82,13 +94,23 @@ impl<'a> Rounds<'a> {
         let mut points: Vec<[f64; 3]> = samples.iter().map(|sample| sample.point).collect();
         points.extend(watched.step_by(3).filter(|&p| is_in_reach(p)).map(|p| p.map(f64::from)));
         let all = points.len();
+        let mut may_move: Vec<bool> = net.kinds.iter().map(|&kind| kind == Kind::Free).collect();
+        let (sliders, stay) = sliders(mesh, net, originals.curves, crease_cosine);
+        stay.into_iter().for_each(|node| may_move[node as usize] = false);
+        let leashes = leashes(&sliders, net, originals.curves);
+        let may_slide = vec![originals.curves.is_some(); net.positions.len()];
         Some(Self {
             net,
             indices: net.faces.as_slice().into(),
             normals,
             points,
             found: vec![ClosestPoint::NONE; all],
-            stand_in,
+            stand_in: originals.stand_in,
+            curves: originals.curves,
+            sliders,
+            may_slide,
+            leashes,
+            slid: vec![],
             hints: vec![u32::MAX; all],
             back: (Vec::new(), Vec::new()),
             positions: net.positions.clone(),
@@ -97,7 +119,7 @@ impl<'a> Rounds<'a> {
             first: None,
             // Twice the spacing of points.
             alone: vec![4.0 * areas.total() / count as f64; net.positions.len()],
-            may_move: net.kinds.iter().map(|&kind| kind == Kind::Free).collect(),
+            may_move,
         })
     }
 
@@ -156,6 +178,7 @@ impl<'a> Rounds<'a> {
     /// Moves the nodes; false if none moved.
     pub fn advance(&mut self) -> bool {
         self.take_back();
+        self.undo_slides();
         let mut fit = Fit::new(self.net);
         let mean = self.score.squares / self.normals.len() as f64;
         for ((point, normal), found) in self.points.iter().zip(&self.normals).zip(&self.found) {
@@ -184,7 +207,72 @@ impl<'a> Rounds<'a> {
                 any |= self.try_to_move(node as u32, wished);
             }
         }
+        self.slide() | any
+    }
+
+    /// A place for a node, not farther from its curve than it may be.
+    fn held(&self, node: u32, there: [f32; 3]) -> [f32; 3] {
+        let leash = self.leashes[node as usize];
+        let (true, Some(curves)) = (leash.is_finite(), self.curves) else { return there };
+        let there_exact = there.map(f64::from);
+        let [Some(foot)] = curves.feet([there_exact]) else { return there };
+        if foot.distance_squared <= leash * leash {
+            return there;
+        }
+        let part = leash / foot.distance_squared.sqrt();
+        [0, 1, 2].map(|axis| (foot.place[axis] + part * (there_exact[axis] - foot.place[axis])) as f32)
+    }
+
+    /// Slides nodes along their curves; false if none moved.
+    fn slide(&mut self) -> bool {
+        let Some(curves) = self.curves else { return false };
+        let squares = self.squares_at();
+        let mut any = false;
+        for i in 0..self.sliders.len() {
+            let node = self.sliders[i].node;
+            if self.may_slide[node as usize]
+                && let Some(there) = wished(&self.sliders[i], curves, &self.positions)
+            {
+                let before = self.positions[node as usize];
+                if self.try_place(node, there.map(|x| x as f32)) {
+                    self.slid.push((node, before, squares[node as usize]));
+                    any = true;
+                }
+            }
+        }
         any
+    }
+
+    /// The sum of the squares of the points that the faces at each node are nearest to.
+    fn squares_at(&self) -> Vec<f64> {
+        let mut squares = vec![0.0; self.positions.len()];
+        for found in self.found.iter().take(self.normals.len()).filter(|found| found.is_found()) {
+            for node in self.net.faces[found.face as usize] {
+                squares[node as usize] += found.distance_squared;
+            }
+        }
+        squares
+    }
+
+    /// Puts nodes that slid to where the surface is farther off back to where they were, to stay there.
+    fn undo_slides(&mut self) {
+        let squares = self.squares_at();
+        for (node, before, least) in std::mem::take(&mut self.slid) {
+            if squares[node as usize] > least {
+                self.may_slide[node as usize] = false;
+                self.try_place(node, before);
+            }
+        }
+    }
+
+    /// Moves a node if its faces stay sound.
+    fn try_place(&mut self, node: u32, there: [f32; 3]) -> bool {
+        let before = std::mem::replace(&mut self.positions[node as usize], there);
+        if there.iter().all(|x| x.is_finite()) && self.net.is_sound_at(node, &self.positions) {
+            return there != before;
+        }
+        self.positions[node as usize] = before;
+        false
     }
 
     /// For each node, the square of its distance to the nearest of the points that its faces are closest to.
@@ -222,6 +310,7 @@ impl<'a> Rounds<'a> {
         }
         while let Some(node) = back.pop() {
             self.may_move[node as usize] = false;
+            self.may_slide[node as usize] = false;
             if self.positions[node as usize] == self.net.positions[node as usize] {
                 continue;
             }
@@ -240,6 +329,7 @@ impl<'a> Rounds<'a> {
         let mut scale = if far > limit { limit / far } else { 1.0 };
         for _ in 0..2 {
             let there = [0, 1, 2].map(|axis| (f64::from(before[axis]) + scale * wished[axis]) as f32);
+            let there = self.held(node, there);
             self.positions[node as usize] = there;
             if there.iter().all(|x| x.is_finite()) && self.net.is_sound_at(node, &self.positions) {
                 return there != before;

@@ -5,6 +5,7 @@ use etendue_accel::closest_on_triangle;
 use super::nearby::Look;
 use super::{Grouped, Nearby, Point, Triangle};
 use crate::block::MOVED;
+use crate::curves::Curves;
 use crate::draft::Draft;
 use crate::faces::GONE;
 use crate::polish::continue_at;
@@ -18,7 +19,7 @@ const MOST_FACES: usize = 64;
 const THIN: f64 = 1e-3;
 
 /// A change goes at most so far, over the longest edge of the face that it is for, or so many times as far as its faces were.
-const OF_EDGE: f64 = 0.1;
+const OF_EDGE: f64 = 0.05;
 const AS_FAR: f64 = 2.0;
 
 /// A mesh with the faces at each of its points.
@@ -26,6 +27,7 @@ pub(super) struct Field<'a> {
     pub draft: &'a mut Draft,
     /// The first vertex at the point of each.
     node: &'a [u32],
+    curves: Option<&'a Curves>,
     may_move: bool,
     /// Faces of nodes, when the field was made.
     incident: Grouped,
@@ -33,10 +35,12 @@ pub(super) struct Field<'a> {
     stale: Vec<bool>,
     /// Nodes of faces that were changed.
     stirred: Vec<bool>,
+    /// Faces that were changed.
+    pub changed: Vec<u32>,
 }
 
 /// What may be done.
-struct Change {
+pub(super) struct Change {
     /// Faces and what their corners become; [`GONE`] if they go.
     faces: Vec<(u32, [u32; 3])>,
     /// A node that moves, and where to.
@@ -69,11 +73,12 @@ impl Before {
 }
 
 impl<'a> Field<'a> {
-    pub fn of(draft: &'a mut Draft, node: &'a [u32], may_move: bool) -> Self {
+    pub fn of(draft: &'a mut Draft, node: &'a [u32], curves: Option<&'a Curves>, may_move: bool) -> Self {
         let name = |face: &[u32; 3]| if *face == GONE { [0; 3] } else { face.map(|v| node[v as usize]) };
         let names: Vec<[u32; 3]> = draft.mesh.faces.iter().map(name).collect();
         let incident = Grouped::new(node.len(), &names);
-        Self { draft, node, may_move, incident, stale: vec![false; node.len()], stirred: vec![false; node.len()] }
+        let none = vec![false; node.len()];
+        Self { draft, node, curves, may_move, incident, stale: none.clone(), stirred: none, changed: vec![] }
     }
 
     /// Some faces and those that share a point with them, ascending.
@@ -157,6 +162,10 @@ impl<'a> Field<'a> {
             return None;
         }
         let (from, to) = (self.place(a), self.place(b));
+        // A crease is kept.
+        if self.curves.is_some_and(|curves| curves.join([from, to])) {
+            return None;
+        }
         Some(Change {
             faces: vec![(face, [a, d, c]), (other, [d, b, c])],
             moved: None,
@@ -203,7 +212,7 @@ impl<'a> Field<'a> {
     }
 
     /// A free vertex into another.
-    fn collapse(&self, from: u32, to: u32) -> Option<Change> {
+    pub(super) fn collapse(&self, from: u32, to: u32) -> Option<Change> {
         let mesh = &self.draft.mesh;
         let is_alone = |vertex: u32| {
             let next = self.node.get(vertex as usize + 1);
@@ -251,10 +260,13 @@ impl<'a> Field<'a> {
 
     /// A changed face.
     fn changed(&self, change: &Change, corners: [u32; 3]) -> Triangle {
-        Triangle::at(corners.map(|v| match change.moved {
-            Some((node, place)) if self.node[v as usize] == node => place,
-            _ => self.draft.mesh.positions[v as usize],
-        }))
+        Triangle::at(
+            corners.map(|v| match change.moved {
+                Some((node, place)) if self.node[v as usize] == node => place,
+                _ => self.draft.mesh.positions[v as usize],
+            }),
+            self.draft.rounding,
+        )
     }
 
     /// Of some changes the one that leaves the fewest faces turned over, and of these the one that goes the least far; `None` if all
@@ -267,7 +279,7 @@ impl<'a> Field<'a> {
             let stays = change.faces.iter().filter(|(_, corners)| *corners != GONE);
             faces.extend(stays.map(|&(_, corners)| self.changed(&change, corners)));
             let worst = before.of_change(&change).map(|(face, _)| face.shape()).fold(THIN * THIN, f64::min);
-            if faces[first..].iter().all(|face| face.is_in_reach && face.shape() >= worst && face.shape() > 0.0) {
+            if faces[first..].iter().all(|face| face.is_surface && face.shape() >= worst) {
                 fine.push((change, faces.len()));
             } else {
                 faces.truncate(first);
@@ -310,6 +322,7 @@ impl<'a> Field<'a> {
             let before = self.nodes(face);
             before.iter().for_each(|&node| self.stirred[node as usize] = true);
             self.draft.mesh.faces[face as usize] = corners;
+            self.changed.push(face);
         }
         for node in change.stale {
             self.stale[node as usize] = true;

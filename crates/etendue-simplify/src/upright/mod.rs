@@ -11,6 +11,7 @@ use std::ops::ControlFlow;
 
 use etendue_accel::ClosestPoints;
 
+use crate::curves::Curves;
 use crate::draft::Draft;
 use crate::faces::GONE;
 use crate::polish::Grouped;
@@ -25,6 +26,11 @@ const ROUNDS: usize = 8;
 /// Original faces that are enough to tell which of a few changes is better.
 const ENOUGH: usize = 40_000;
 
+/// Original faces, of all, that are enough to tell how far off the nearest is at most.
+const FEW: usize = 20_000;
+/// One of so many is enough to tell that better.
+const SOME: usize = 8;
+
 /// Faces that are looked at in a round: so many, and one of so many of all.
 const LOOKED_AT: usize = 512;
 const ONE_OF: usize = 20;
@@ -35,11 +41,8 @@ const ALIKE: f64 = 0.5;
 /// A point, or a direction.
 type Point = [f64; 3];
 
-/// How far about the points of a face the original is asked for first, over its longest edge, and about what is changed.
-const BESIDE: f64 = 0.1;
+/// How far about a face that is changed the original is asked for, over its longest edge.
 const ABOUT: f64 = 0.2;
-/// How many times that, where nothing is as near.
-const FACTORS: [f64; 4] = [1.0, 4.0, 16.0, 256.0];
 
 /// Mends faces that are turned over against the original, which is in the unit of the mesh; gives the number of those that stay so.
 ///
@@ -50,6 +53,7 @@ const FACTORS: [f64; 4] = [1.0, 4.0, 16.0, 256.0];
 pub(crate) fn set_upright(
     original: &MeshRef<'_>,
     stand_in: Option<&ClosestPoints>,
+    curves: Option<&Curves>,
     may_move: bool,
     draft: &mut Draft,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -58,16 +62,18 @@ pub(crate) fn set_upright(
     let against = stand_in.map(|stand_in| nearby::against(stand_in, &all));
     let is_against = |face: u32| against.as_ref().is_some_and(|against| against[face as usize]);
     let is_suspect = |&face: &u32| {
-        all[face as usize].is_in_reach && (is_against(face) || is_unlike(draft, face, &all[face as usize]))
+        all[face as usize].is_surface && (is_against(face) || is_unlike(draft, face, &all[face as usize]))
     };
     let suspects: Vec<u32> = (0..all.len() as u32).filter(is_suspect).collect();
-    let mut turned = turned_of(original, &all, suspects)?;
+    let Some(few) = Nearby::some_of(original, FEW)?.filter(|_| !suspects.is_empty()) else { return Ok(0) };
+    let mut turned = turned_of(original, &few, &all, suspects)?;
     if turned.is_empty() {
         return Ok(0);
     }
     let node = nodes(draft);
-    let mut seen = Field::of(draft, &node, may_move).around(&turned);
-    let places: Vec<(Point, f64)> = seen.iter().flat_map(|&face| all[face as usize].places(ABOUT)).collect();
+    let mut seen = turned.clone();
+    let around = Field::of(draft, &node, curves, may_move).around(&turned);
+    let places: Vec<(Point, f64)> = around.iter().flat_map(|&face| all[face as usize].places(ABOUT)).collect();
     let Some(nearby) = Nearby::thinned(original, &places, ENOUGH)? else { return Ok(0) };
     let most = LOOKED_AT + all.len() / ONE_OF;
     let mut stay: Vec<u32> = Vec::new();
@@ -75,11 +81,11 @@ pub(crate) fn set_upright(
         if progress(Progress { stage: Stage::Polish, done: 1.0 }).is_break() {
             return Err(SimplifyError::Interrupted);
         }
-        let mut field = Field::of(draft, &node, may_move);
+        let mut field = Field::of(draft, &node, curves, may_move);
         let around = field.around(&turned);
-        seen.extend(&around);
         stay.extend(turned.drain(turned.len().min(most)..));
         turned.retain(|&face| !field.mend(face, &nearby));
+        seen.extend(&field.changed);
         // Where nothing has changed about a face, nothing else will be found.
         stay.extend(turned.into_iter().filter(|&face| !field.is_stirred(face)));
         stay.sort_unstable();
@@ -87,6 +93,7 @@ pub(crate) fn set_upright(
         let left: Vec<u32> = around.into_iter().filter(is_left).collect();
         let looks = nearby.look(&triangles(draft, &left));
         turned = left.into_iter().zip(looks).filter(|(_, look)| look.turned).map(|(face, _)| face).collect();
+        seen.extend(&turned);
         if turned.is_empty() {
             break;
         }
@@ -95,39 +102,29 @@ pub(crate) fn set_upright(
     seen.dedup();
     let is_left = |face: &u32| draft.mesh.faces[*face as usize] != GONE;
     let all: Vec<Triangle> = triangles(draft, &seen.into_iter().filter(is_left).collect::<Vec<u32>>());
-    let turned = turned_of(original, &all, (0..all.len() as u32).collect())?;
+    let turned = turned_of(original, &few, &all, (0..all.len() as u32).collect())?;
     let turned: Vec<Triangle> = turned.into_iter().map(|i| all[i as usize]).collect();
-    let places: Vec<(Point, f64)> = turned.iter().flat_map(|face| face.places(ABOUT)).collect();
-    let count = Nearby::of(original, &places)?.map_or(0, |nearby| nearby.count_turned(&turned));
+    let count = Nearby::of(original, &few.about(&turned))?.map_or(0, |nearby| nearby.count_turned(&turned));
     draft.clean();
     Ok(count)
 }
 
-/// Of some faces those that are turned over.
-fn turned_of(original: &MeshRef<'_>, all: &[Triangle], mut faces: Vec<u32>) -> Result<Vec<u32>, SimplifyError> {
-    let mut turned = Vec::new();
-    // Where nothing is near enough to be sure of, it is looked for farther away.
-    for factor in FACTORS {
-        let triangles: Vec<Triangle> = faces.iter().map(|&face| all[face as usize]).collect();
-        let reach = |face: &Triangle| factor * BESIDE * face.longest_squared.sqrt();
-        let places: Vec<(Point, f64)> =
-            triangles.iter().flat_map(|face| face.points().map(|point| (point, reach(face)))).collect();
-        let Some(nearby) = Nearby::of(original, &places)? else { continue };
-        let is_last = factor == FACTORS[FACTORS.len() - 1];
-        let looks = nearby.look(&triangles);
-        let is_sure = |face: &Triangle, look: &nearby::Look| look.far <= reach(face) * reach(face);
-        let mut unsure = Vec::new();
-        for ((face, triangle), look) in faces.into_iter().zip(&triangles).zip(looks) {
-            if !is_last && !is_sure(triangle, &look) {
-                unsure.push(face);
-            } else if look.turned {
-                turned.push(face);
-            }
-        }
-        faces = unsure;
+/// Of some faces those that are turned over, ascending. `few` are some of the original's faces.
+fn turned_of(
+    original: &MeshRef<'_>,
+    few: &Nearby,
+    all: &[Triangle],
+    faces: Vec<u32>,
+) -> Result<Vec<u32>, SimplifyError> {
+    let triangles: Vec<Triangle> = faces.iter().map(|&face| all[face as usize]).collect();
+    let mut within = few.within(&triangles);
+    // What every so manieth face tells makes the rest fewer.
+    if let Some(more) = Nearby::every(original, &within, SOME)? {
+        within = more.within(&triangles);
     }
-    turned.sort_unstable();
-    Ok(turned)
+    let Some(nearby) = Nearby::of(original, &within)? else { return Ok(vec![]) };
+    let looks = nearby.look(&triangles);
+    Ok(faces.into_iter().zip(looks).filter(|(_, look)| look.turned).map(|(face, _)| face).collect())
 }
 
 fn triangles(draft: &Draft, faces: &[u32]) -> Vec<Triangle> {
@@ -162,21 +159,23 @@ struct Triangle {
     /// Twice its area long.
     normal: Point,
     longest_squared: f64,
-    is_in_reach: bool,
+    /// True if all corners are in reach and it is wider than what places are rounded by: what is not looks nowhere.
+    is_surface: bool,
 }
 
 impl Triangle {
     fn of(draft: &Draft, corners: [u32; 3]) -> Self {
-        Self::at(corners.map(|v| draft.mesh.positions[v as usize]))
+        Self::at(corners.map(|v| draft.mesh.positions[v as usize]), draft.rounding)
     }
 
-    fn at(places: [[f32; 3]; 3]) -> Self {
+    fn at(places: [[f32; 3]; 3], rounding: f64) -> Self {
         let corners = places.map(|place| place.map(f64::from));
         let [a, b, c] = corners;
         let sides = [sub(b, a), sub(c, b), sub(a, c)];
         let longest_squared = sides.into_iter().map(|side| dot(side, side)).fold(0.0, f64::max);
         let normal = cross(sides[0], sub(c, a));
-        Self { corners, normal, longest_squared, is_in_reach: places.into_iter().all(is_in_reach) }
+        let is_wide = dot(normal, normal) > rounding * rounding * longest_squared;
+        Self { corners, normal, longest_squared, is_surface: is_wide && places.into_iter().all(is_in_reach) }
     }
 
     /// Places all over it, and how far about them, so that all within a part of the longest edge is within that.
@@ -202,3 +201,6 @@ impl Triangle {
 
 /// Points of a face that are looked at.
 const POINTS: usize = 4;
+
+#[cfg(test)]
+mod tests;

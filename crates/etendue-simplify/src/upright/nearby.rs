@@ -9,6 +9,7 @@ use crate::{MeshRef, SimplifyError};
 
 /// Cells of the grid that marks what is near, along each axis.
 const CELLS: usize = 128;
+const LAST: f32 = (CELLS - 1) as f32;
 
 /// Faces of the original that a thread takes at once.
 const PART: usize = 1 << 13;
@@ -17,11 +18,20 @@ const PART: usize = 1 << 13;
 const AS_NEAR: f64 = 1.5;
 const OF_EDGE: f64 = 0.1;
 
+/// One of so many faces is looked at to tell how many are near.
+const PROBE: usize = 16;
+
+/// More than what distances are rounded by.
+const SLACK: f64 = 1.001;
+
 /// Faces of the original near to some others, ready for closest points.
 pub(super) struct Nearby {
     search: ClosestPoints,
     normals: Vec<Point>,
 }
+
+/// The corners of an original face.
+type Corners = [[f32; 3]; 3];
 
 /// What a face looks like beside the original.
 #[derive(Clone, Copy)]
@@ -35,38 +45,75 @@ pub(super) struct Look {
 impl Nearby {
     /// What of the original is within a distance of places; `None` if nothing is.
     pub fn of(original: &MeshRef<'_>, places: &[(Point, f64)]) -> Result<Option<Self>, SimplifyError> {
-        Self::thinned(original, places, usize::MAX)
+        Self::every(original, places, 1)
     }
 
-    /// The same with at most so many faces, evenly left out in their order: what is large beside them is near to others just as well.
+    /// The same of every so manieth face.
+    pub fn every(original: &MeshRef<'_>, places: &[(Point, f64)], step: usize) -> Result<Option<Self>, SimplifyError> {
+        let Some(grid) = Grid::around(places) else { return Ok(None) };
+        let near: Vec<Corners> = grid.every(original, step).collect();
+        if near.is_empty() { Ok(None) } else { Self::with(&near).map(Some) }
+    }
+
+    /// The same with about so many faces at most, evenly left out in their order: what is large beside them is near to others just as
+    /// well.
     pub fn thinned(
         original: &MeshRef<'_>,
         places: &[(Point, f64)],
         most: usize,
     ) -> Result<Option<Self>, SimplifyError> {
         let Some(grid) = Grid::around(places) else { return Ok(None) };
-        let places = |face: &[u32; 3]| face.map(|v| original.positions[v as usize]);
-        let is_near = |corners: &[[f32; 3]; 3]| corners.iter().all(|&p| is_in_reach(p)) && grid.holds(corners);
-        let mut near: Vec<[[f32; 3]; 3]> =
-            original.faces.par_iter().with_min_len(PART).map(places).filter(is_near).collect();
-        if near.is_empty() {
-            return Ok(None);
+        let mut step = 1;
+        if original.faces.len() > most {
+            step = (PROBE * grid.every(original, PROBE).count()).div_ceil(most).max(1);
         }
-        let step = near.len().div_ceil(most);
-        if step > 1 {
-            near = near.into_iter().step_by(step).collect();
+        let mut near: Vec<Corners> = grid.every(original, step).collect();
+        if near.is_empty() && step > 1 {
+            near = grid.every(original, 1).collect();
         }
-        let normals = near.iter().map(|&corners| normal(corners)).collect();
-        let indices = (0..near.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        let mesh = TriangleMesh { positions: near.as_flattened().into(), indices };
-        Ok(Some(Self { search: ClosestPoints::build(&mesh, Isa::detect())?, normals }))
+        if near.is_empty() { Ok(None) } else { Self::with(&near).map(Some) }
+    }
+
+    /// Some faces of the original, evenly left out in their order; `None` if there are none.
+    pub fn some_of(original: &MeshRef<'_>, most: usize) -> Result<Option<Self>, SimplifyError> {
+        let part = |step: usize| -> Vec<Corners> {
+            let places = |face: &[u32; 3]| face.map(|v| original.positions[v as usize]);
+            let faces = original.faces.iter().step_by(step).map(places);
+            faces.filter(|corners| corners.iter().all(|&p| is_in_reach(p))).collect()
+        };
+        let mut some = part(original.faces.len().div_ceil(most).max(1));
+        if some.is_empty() {
+            some = part(1);
+        }
+        if some.is_empty() { Ok(None) } else { Self::with(&some).map(Some) }
+    }
+
+    fn with(faces: &[Corners]) -> Result<Self, SimplifyError> {
+        let normals = faces.iter().map(|&corners| normal(corners)).collect();
+        let indices = (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = TriangleMesh { positions: faces.as_flattened().into(), indices };
+        Ok(Self { search: ClosestPoints::build(&mesh, Isa::detect())?, normals })
+    }
+
+    /// The points of faces, and how far about them the nearest of the original is at most.
+    pub fn within(&self, faces: &[Triangle]) -> Vec<(Point, f64)> {
+        let found = self.nearest(faces);
+        let points = faces.iter().flat_map(Triangle::points).zip(found);
+        points.map(|(point, found)| (point, found.distance_squared.sqrt() * SLACK)).collect()
+    }
+
+    /// The same, and how far about them the original is as near as that.
+    pub fn about(&self, faces: &[Triangle]) -> Vec<(Point, f64)> {
+        let longest = |i: usize| OF_EDGE * faces[i / POINTS].longest_squared.sqrt();
+        let within = self.within(faces).into_iter().enumerate();
+        within.map(|(i, (point, far))| (point, (AS_NEAR * far).max(SLACK * longest(i)))).collect()
     }
 
     /// Looks at faces.
     pub fn look(&self, faces: &[Triangle]) -> Vec<Look> {
         let found = self.nearest(faces);
         let look = |(face, found): (&Triangle, &[ClosestPoint])| Look {
-            turned: found.iter().any(|found| self.is_against(face, found)),
+            turned: face.is_surface && found.iter().any(|found| self.is_against(face, found)),
             far: found.iter().map(|found| found.distance_squared).fold(0.0, f64::max),
         };
         faces.iter().zip(found.chunks(POINTS)).map(look).collect()
@@ -156,16 +203,18 @@ pub(super) fn against(search: &ClosestPoints, faces: &[Triangle]) -> Vec<bool> {
 }
 
 /// Where a triangle begins and ends along an axis.
-fn span(corners: &[[f32; 3]; 3], axis: usize) -> [f32; 2] {
+fn span(corners: &Corners, axis: usize) -> [f32; 2] {
     let [a, b, c] = corners.map(|corner| corner[axis]);
     [a.min(b).min(c), a.max(b).max(c)]
 }
 
 /// A coarse grid over places: which cells are near to one.
 struct Grid {
-    low: Point,
+    /// Where it begins and ends.
+    low: [f32; 3],
+    high: [f32; 3],
     /// Cells over lengths.
-    scale: Point,
+    scale: [f32; 3],
     /// A bit a cell.
     rows: Vec<u128>,
 }
@@ -175,16 +224,18 @@ const _: () = assert!(CELLS == u128::BITS as usize, "a row is a word");
 impl Grid {
     /// With all cells within a distance of each place.
     fn around(places: &[(Point, f64)]) -> Option<Self> {
-        let ends = |&(place, reach): &(Point, f64)| [place.map(|x| x - reach), place.map(|x| x + reach)];
-        let both = |a: [Point; 2], b: [Point; 2]| {
+        let ends = |&(place, reach): &(Point, f64)| {
+            [place.map(|x| ((x - reach) as f32).next_down()), place.map(|x| ((x + reach) as f32).next_up())]
+        };
+        let both = |a: [[f32; 3]; 2], b: [[f32; 3]; 2]| {
             [[0, 1, 2].map(|i| a[0][i].min(b[0][i])), [0, 1, 2].map(|i| a[1][i].max(b[1][i]))]
         };
         let [low, high] = places.iter().map(ends).reduce(both)?;
         let scale = [0, 1, 2].map(|axis| {
             let width = high[axis] - low[axis];
-            if width > 0.0 { (CELLS as f64 / width).min(f64::MAX) } else { 0.0 }
+            if width > 0.0 { (CELLS as f32 / width).min(f32::MAX) } else { 0.0 }
         });
-        let mut grid = Self { low, scale, rows: vec![0; CELLS * CELLS] };
+        let mut grid = Self { low, high, scale, rows: vec![0; CELLS * CELLS] };
         for [low, high] in places.iter().map(ends) {
             let (from, to) = (grid.cell(low), grid.cell(high));
             let bits = row(from[0], to[0]);
@@ -197,22 +248,31 @@ impl Grid {
         Some(grid)
     }
 
-    /// The cell of a place; beside the grid, the one next to it.
-    fn cell(&self, place: Point) -> [usize; 3] {
-        [0, 1, 2].map(|axis| (((place[axis] - self.low[axis]) * self.scale[axis]) as usize).min(CELLS - 1))
+    /// Every so manieth face of a mesh, if it is in reach and meets a marked cell.
+    fn every<'a>(&'a self, mesh: &'a MeshRef<'_>, step: usize) -> impl ParallelIterator<Item = Corners> + 'a {
+        let corners = move |i: usize| mesh.faces[i * step].map(|v| mesh.positions[v as usize]);
+        let all = (0..mesh.faces.len().div_ceil(step)).into_par_iter().with_min_len(PART);
+        all.map(corners).filter(|corners| self.holds(corners) && corners.iter().all(|&p| is_in_reach(p)))
+    }
+
+    /// The cell of a place; beside the grid, the one next to it. What is not before another place along an axis is in no cell before
+    /// that of the other, rounded or not.
+    fn cell(&self, place: [f32; 3]) -> [usize; 3] {
+        [0, 1, 2].map(|axis| ((place[axis] - self.low[axis]) * self.scale[axis]).clamp(0.0, LAST) as usize)
     }
 
     /// True if a triangle's box meets a marked cell.
-    fn holds(&self, corners: &[[f32; 3]; 3]) -> bool {
-        let spans = [0, 1, 2].map(|axis| span(corners, axis).map(f64::from));
-        let is_beside = (0..3).any(|axis| {
-            let end = self.low[axis] + CELLS as f64 / self.scale[axis];
-            spans[axis][1] < self.low[axis] || spans[axis][0] > end
-        });
-        if is_beside {
+    fn holds(&self, corners: &Corners) -> bool {
+        let [a, b, c] = *corners;
+        let low = [0, 1, 2].map(|axis| a[axis].min(b[axis]).min(c[axis]));
+        let high = [0, 1, 2].map(|axis| a[axis].max(b[axis]).max(c[axis]));
+        // Not a short circuit: most are not near, and no branch tells which.
+        if (0..3)
+            .fold(false, |is_beside, axis| is_beside | (high[axis] < self.low[axis]) | (low[axis] > self.high[axis]))
+        {
             return false;
         }
-        let (from, to) = (self.cell(spans.map(|span| span[0])), self.cell(spans.map(|span| span[1])));
+        let (from, to) = (self.cell(low), self.cell(high));
         let bits = row(from[0], to[0]);
         (from[2]..=to[2]).any(|z| (from[1]..=to[1]).any(|y| self.rows[z * CELLS + y] & bits != 0))
     }
