@@ -98,13 +98,16 @@ impl SphericalTriangle {
     pub(super) fn warped(self, ctx: &LightContext) -> Warped {
         let normal = ctx.normal.as_dvec3();
         // On both sides or in a medium nothing is known of the cosine.
-        let any = ctx.transmits | (normal.length_squared() == 0.0);
+        let any = ctx.transmits | (normal.length_squared() == 0.0) | (self.solid_angle < LEAST_WARPED);
         let cosine = |d: DVec3| if any { 1.0 } else { larger(d.dot(normal), 0.0) };
         let [a, b, c] = self.directions;
         let (a, b, c) = (cosine(a), cosine(b), cosine(c));
         Warped { triangle: self, weights: Bilinear::new([b, b, a, c], LEAST_COSINE) }
     }
 }
+
+/// Below this solid angle (steradians) points are even: in slivers a direction in f32 does not tell the numbers that lead to it.
+const LEAST_WARPED: f64 = 2e-3;
 
 /// A triangle that is sampled by what its points bring: nearly by projected solid angle.
 #[derive(Clone, Copy)]
