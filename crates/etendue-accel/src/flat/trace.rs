@@ -1,5 +1,6 @@
 //! Slices of rays through a list of primitives.
 
+use super::facet::SPREAD;
 use super::scan::{Group, LANES, Pairs};
 use super::settle::{Best, settle};
 use super::{Flat, sphere};
@@ -79,7 +80,7 @@ impl<F: FnMut(usize, Hit, bool), const ANY: bool> Flight<'_, F, ANY> {
         for indices in list.chunks(LANES) {
             let group = self.gather::<AXIS>(first, indices);
             pairs.clear();
-            let certain = simd.scan::<AXIS, ANY>(&self.flat.triangles, &group, pairs);
+            let certain = simd.scan::<AXIS, ANY>(&self.flat.facets, &group, pairs);
             let mut best = Best::new(&group);
             settle::<AXIS>(&self.flat.triangles, &group, pairs.used(), &mut best);
             sphere::spheres::<AXIS>(&self.flat.spheres, &group, &mut best);
@@ -114,6 +115,10 @@ impl<F: FnMut(usize, Hit, bool), const ANY: bool> Flight<'_, F, ANY> {
             group.shear[0][lane] = group.direction[0][lane] / rate;
             group.shear[1][lane] = group.direction[1][lane] / rate;
             group.shear[2][lane] = 1.0 / rate;
+            let [x, y, z] = [0, 1, 2].map(|place: usize| group.origin[place][lane].abs());
+            group.reach[lane] = greatest(greatest(x, y), z) * SPREAD;
+            let [x, y, z] = [0, 1, 2].map(|place: usize| group.direction[place][lane].abs());
+            group.length[lane] = x + y + z;
         }
         group
     }

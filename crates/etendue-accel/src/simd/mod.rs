@@ -4,7 +4,7 @@
 use crate::bounds::{greatest, least};
 use crate::bvh::beam::{self, BEAM, Beam, Lanes};
 use crate::bvh::node::{LANES, Node, Pack, WIDTH, near_rows};
-use crate::flat::{self, FlatTriangle, Group, Pairs};
+use crate::flat::{self, Facets, Group, Pairs};
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
 
@@ -54,7 +54,7 @@ pub(crate) trait Simd: Copy {
     /// a bit for every ray that is certain to hit something within its range, and lists pairs for the others only.
     fn scan<const AXIS: usize, const ANY: bool>(
         self,
-        triangles: &[FlatTriangle],
+        facets: &Facets,
         rays: &Group,
         pairs: &mut Pairs,
     ) -> u32;
@@ -150,11 +150,11 @@ impl Simd for Portable {
     #[inline(always)]
     fn scan<const AXIS: usize, const ANY: bool>(
         self,
-        triangles: &[FlatTriangle],
+        facets: &Facets,
         rays: &Group,
         pairs: &mut Pairs,
     ) -> u32 {
-        flat::scan::<AXIS, ANY>(triangles, rays, pairs)
+        flat::scan::<AXIS, ANY>(facets, rays, pairs)
     }
 
     #[inline(always)]

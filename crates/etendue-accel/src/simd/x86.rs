@@ -9,7 +9,7 @@ use super::x86_beam::{beam_children, beam_triangle, waiting};
 use super::x86_scan::{scan_avx2, scan_avx512};
 use crate::bvh::beam::{self, BEAM, Beam, Lanes};
 use crate::bvh::node::{Node, Pack, WIDTH, near_rows};
-use crate::flat::{FlatTriangle, Group, Pairs};
+use crate::flat::{Facets, Group, Pairs};
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
@@ -76,12 +76,12 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn scan<const AXIS: usize, const ANY: bool>(
         self,
-        triangles: &[FlatTriangle],
+        facets: &Facets,
         rays: &Group,
         pairs: &mut Pairs,
     ) -> u32 {
         // SAFETY: as above.
-        unsafe { scan_avx2::<AXIS, ANY>(triangles, rays, pairs) }
+        unsafe { scan_avx2::<AXIS, ANY>(facets, rays, pairs) }
     }
 
     #[inline(always)]
@@ -143,12 +143,12 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn scan<const AXIS: usize, const ANY: bool>(
         self,
-        triangles: &[FlatTriangle],
+        facets: &Facets,
         rays: &Group,
         pairs: &mut Pairs,
     ) -> u32 {
         // SAFETY: as above.
-        unsafe { scan_avx512::<AXIS, ANY>(triangles, rays, pairs) }
+        unsafe { scan_avx512::<AXIS, ANY>(facets, rays, pairs) }
     }
 
     #[inline(always)]
