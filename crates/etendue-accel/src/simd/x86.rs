@@ -74,12 +74,7 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn scan<const AXIS: usize, const ANY: bool>(
-        self,
-        facets: &Facets,
-        rays: &Group,
-        pairs: &mut Pairs,
-    ) -> u32 {
+    fn scan<const AXIS: usize, const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
         // SAFETY: as above.
         unsafe { scan_avx2::<AXIS, ANY>(facets, rays, pairs) }
     }
@@ -141,12 +136,7 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn scan<const AXIS: usize, const ANY: bool>(
-        self,
-        facets: &Facets,
-        rays: &Group,
-        pairs: &mut Pairs,
-    ) -> u32 {
+    fn scan<const AXIS: usize, const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
         // SAFETY: as above.
         unsafe { scan_avx512::<AXIS, ANY>(facets, rays, pairs) }
     }
