@@ -7,7 +7,7 @@
 use super::{between, larger};
 
 /// Least value at a corner, over the greatest: not all that scatters goes with the cosine.
-const LEAST: f64 = 0.05;
+const LEAST: f64 = 0.02;
 /// Least cosine at a corner: below, a direction in f32 does not tell it well.
 pub(super) const LEAST_COSINE: f64 = 0.01;
 
