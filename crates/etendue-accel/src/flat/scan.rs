@@ -138,7 +138,8 @@ impl State {
             let [is_first, is_second] = facet.orders.map(|order| order != rays.skip[i]);
             let seen = facet.mask & rays.mask[i] != 0;
             let may = seen & !(inside + margin < 0.0) & !(high <= rays.t_min[i]) & !(low > self.bound[i]);
-            let must = may & is_first & is_second & (inside > margin) & (low > rays.t_min[i]) & (high < rays.t_max[i]);
+            let must =
+                may & is_first & is_second & (inside > margin) & (low > rays.t_min[i]) & (high < rays.t_max[i]);
             sure |= u32::from(must) << i;
             if EDGES > 3 {
                 let side = distance(&facet.diagonal);

@@ -52,7 +52,12 @@ pub(crate) trait Simd: Copy {
     /// Lists the pairs of a triangle and a ray of the group that the exact test of [`crate::triangle`] may accept as the
     /// closest hit, at most [`flat::LIMIT`] triangles. The axis is that of the rays' largest components. With `ANY` gives
     /// a bit for every ray that is certain to hit something within its range, and lists pairs for the others only.
-    fn scan<const AXIS: usize, const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32;
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        facets: &Facets,
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32;
 
     /// Takes the words whose entry distances are beyond `t` off a stack, which has [`STACK_ROOM`] more than its length; the
     /// new length.
@@ -143,7 +148,12 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn scan<const AXIS: usize, const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        facets: &Facets,
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32 {
         flat::scan::<AXIS, ANY>(facets, rays, pairs)
     }
 

@@ -74,7 +74,12 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn scan<const AXIS: usize, const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        facets: &Facets,
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32 {
         // SAFETY: as above.
         unsafe { scan_avx2::<AXIS, ANY>(facets, rays, pairs) }
     }
@@ -136,7 +141,12 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn scan<const AXIS: usize, const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
+    fn scan<const AXIS: usize, const ANY: bool>(
+        self,
+        facets: &Facets,
+        rays: &Group,
+        pairs: &mut Pairs,
+    ) -> u32 {
         // SAFETY: as above.
         unsafe { scan_avx512::<AXIS, ANY>(facets, rays, pairs) }
     }

@@ -203,14 +203,17 @@ impl Scan8 {
         let (mask, skip) = (load_half_words::<HALF>(&rays.mask), load_half_words::<HALF>(&rays.skip));
         let unseen = _mm256_and_si256(mask, _mm256_set1_epi32(facet.mask as i32));
         let unseen = _mm256_castsi256_ps(_mm256_cmpeq_epi32(unseen, zero_words));
-        let within =
-            _mm256_and_ps(_mm256_cmp_ps::<_CMP_NLE_UQ>(high, t_min), _mm256_cmp_ps::<_CMP_NGT_UQ>(low, self.bound));
+        let within = _mm256_and_ps(
+            _mm256_cmp_ps::<_CMP_NLE_UQ>(high, t_min),
+            _mm256_cmp_ps::<_CMP_NGT_UQ>(low, self.bound),
+        );
         let within = _mm256_and_ps(within, _mm256_cmp_ps::<_CMP_NLT_UQ>(_mm256_add_ps(inside, margin), zero));
         let may = _mm256_andnot_ps(unseen, within);
         let skipped = |order: u32| _mm256_castsi256_ps(_mm256_cmpeq_epi32(skip, _mm256_set1_epi32(order as i32)));
         let first = _mm256_andnot_ps(skipped(facet.orders[0]), may);
         let second = if EDGES > 3 { _mm256_andnot_ps(skipped(facet.orders[1]), may) } else { first };
-        let certain = _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(low, t_min), _mm256_cmp_ps::<_CMP_LT_OQ>(high, t_max));
+        let certain =
+            _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(low, t_min), _mm256_cmp_ps::<_CMP_LT_OQ>(high, t_max));
         let certain = _mm256_and_ps(certain, _mm256_cmp_ps::<_CMP_GT_OQ>(inside, margin));
         let sure = _mm256_and_ps(certain, _mm256_and_ps(first, second));
         if ANY {
