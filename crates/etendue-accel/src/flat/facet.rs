@@ -39,8 +39,8 @@ pub(crate) struct Facet<const EDGES: usize> {
     pub normal: [f32; 3],
     /// The product of the normal and a point of the plane.
     pub height: f32,
-    /// The axes of the plane of the edges: all but that of the normal's largest component.
-    pub axes: [u8; 2],
+    /// That of the normal's largest component; edges are in the plane of the others.
+    pub main: u32,
     /// Distances from the edges, positive inside: the factors of both coordinates, and the rest.
     pub edges: [[f32; 3]; EDGES],
     /// The same for the diagonal of a quadrilateral, positive in the first triangle.
@@ -127,7 +127,7 @@ impl<const EDGES: usize> Facet<EDGES> {
         Some(Self {
             normal,
             height: height as f32,
-            axes: axes.map(|axis| axis as u8),
+            main: main as u32,
             edges: edges.map(|edge| edge.map(|x| x as f32)),
             diagonal: turn(line([flat[0], flat[2]])).map(|x| x as f32),
             slack: slack as f32,
@@ -137,12 +137,22 @@ impl<const EDGES: usize> Facet<EDGES> {
         })
     }
 
+    /// The axes of the plane of the edges.
+    #[inline(always)]
+    pub fn axes(&self) -> [usize; 2] {
+        match self.main {
+            0 => [1, 2],
+            1 => [2, 0],
+            _ => [0, 1],
+        }
+    }
+
     /// Excludes nothing.
     fn vague() -> Self {
         Self {
             normal: [0.0; 3],
             height: 0.0,
-            axes: [0, 1],
+            main: 2,
             edges: [[0.0, 0.0, f32::INFINITY]; EDGES],
             diagonal: [0.0; 3],
             slack: f32::INFINITY,

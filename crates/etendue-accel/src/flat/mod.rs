@@ -1,8 +1,7 @@
 //! Worlds of few primitives, without a tree, and the few large ones of others: sixteen rays at a time meet one primitive
 //! after the other.
 //!
-//! Rays are sorted by the axis of their direction's largest component, which is the only thing that the test of a
-//! triangle branches on; rays of one axis fill the lanes of vectors, whether they are near one another or not. A first
+//! Rays fill the lanes of vectors as they come, whether they are near one another or not. A first
 //! pass in f32 tests the planes and edges of all triangles and lists the pairs of ray and triangle that may be hits; the exact test decides the
 //! listed pairs in full vectors. Nothing depends on where rays go, so there is nothing to mispredict.
 
@@ -21,7 +20,8 @@ use crate::ray::PrimitiveId;
 use crate::source::Source;
 
 pub(crate) use facet::{Facet, Facets};
-pub(crate) use scan::{Group, LANES, Pairs, place_of, scan};
+pub(crate) use scan::{Columns, Group, LANES, Pairs, scan};
+pub(crate) use settle::{Sheared, shear};
 pub(crate) use trace::{Beyond, Flight, Trace};
 
 /// Most triangles of a flat world, with any instruction set.
@@ -34,6 +34,7 @@ const SPHERE_COST: usize = 4;
 pub(crate) type Order = u32;
 
 /// A triangle.
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FlatTriangle {
     /// By vertex and axis.

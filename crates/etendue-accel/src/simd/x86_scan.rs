@@ -3,17 +3,17 @@
 use std::arch::x86_64::*;
 
 use super::x86::COMPRESS;
-use crate::flat::{Facet, Facets, Group, LANES, Pairs, place_of};
+use crate::flat::{Facet, Facets, Group, LANES, Pairs};
 
 #[inline]
 #[target_feature(enable = "avx512f,popcnt")]
-pub(super) fn scan_avx512<const AXIS: usize, const ANY: bool>(facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
+pub(super) fn scan_avx512<const ANY: bool>(facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
     let mut scan = Scan16::new(rays);
     for facet in &facets.quadrilaterals {
-        scan.meet::<AXIS, ANY, 4>(facet, rays, pairs);
+        scan.meet::<ANY, 4>(facet, rays, pairs);
     }
     for facet in &facets.triangles {
-        scan.meet::<AXIS, ANY, 3>(facet, rays, pairs);
+        scan.meet::<ANY, 3>(facet, rays, pairs);
     }
     u32::from(scan.certain)
 }
@@ -55,18 +55,11 @@ impl Scan16 {
 
     #[inline]
     #[target_feature(enable = "avx512f,popcnt")]
-    fn meet<const AXIS: usize, const ANY: bool, const EDGES: usize>(
-        &mut self,
-        facet: &Facet<EDGES>,
-        rays: &Group,
-        pairs: &mut Pairs,
-    ) {
+    fn meet<const ANY: bool, const EDGES: usize>(&mut self, facet: &Facet<EDGES>, rays: &Group, pairs: &mut Pairs) {
         let zero = _mm512_setzero_ps();
         let [ox, oy, oz] = self.origin;
         let [dx, dy, dz] = self.direction;
-        let nx = _mm512_set1_ps(facet.normal[(AXIS + 1) % 3]);
-        let ny = _mm512_set1_ps(facet.normal[(AXIS + 2) % 3]);
-        let nz = _mm512_set1_ps(facet.normal[AXIS]);
+        let [nx, ny, nz] = facet.normal.map(|x| _mm512_set1_ps(x));
         let speed = _mm512_fmadd_ps(nx, dx, _mm512_fmadd_ps(ny, dy, _mm512_mul_ps(nz, dz)));
         let above = _mm512_fnmadd_ps(nz, oz, _mm512_set1_ps(facet.height));
         let above = _mm512_fnmadd_ps(nx, ox, _mm512_fnmadd_ps(ny, oy, above));
@@ -76,7 +69,7 @@ impl Scan16 {
         let t = _mm512_mul_ps(above, rate);
         let doubt = _mm512_mul_ps(_mm512_abs_ps(rate), _mm512_add_ps(self.reach, _mm512_set1_ps(facet.slack)));
         let margin = _mm512_mul_ps(doubt, self.length);
-        let [u, v] = [place_of::<AXIS>(facet.axes[0]), place_of::<AXIS>(facet.axes[1])];
+        let [u, v] = facet.axes();
         let on_u = _mm512_fmadd_ps(t, load16(&rays.direction[u]), load16(&rays.origin[u]));
         let on_v = _mm512_fmadd_ps(t, load16(&rays.direction[v]), load16(&rays.origin[v]));
         let distance = |line: &[f32; 3]| {
@@ -125,32 +118,27 @@ impl Scan16 {
 fn list16(pairs: &mut Pairs, triangle: u32, lanes: u16) {
     let numbers = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     let numbers = _mm512_add_epi32(numbers, _mm512_set1_epi32((triangle * LANES as u32) as i32));
-    store16(pairs.place(), _mm512_maskz_compress_epi32(lanes, numbers));
-    pairs.advance(lanes.count_ones());
+    pairs.push(words16(_mm512_maskz_compress_epi32(lanes, numbers)), lanes.count_ones());
 }
 
 #[inline]
 #[target_feature(enable = "avx2,fma,popcnt")]
-pub(super) fn scan_avx2<const AXIS: usize, const ANY: bool>(facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
-    let low = half_scan_avx2::<AXIS, ANY, 0>(facets, rays, pairs);
-    let high = half_scan_avx2::<AXIS, ANY, 1>(facets, rays, pairs);
+pub(super) fn scan_avx2<const ANY: bool>(facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
+    let low = half_scan_avx2::<ANY, 0>(facets, rays, pairs);
+    let high = half_scan_avx2::<ANY, 1>(facets, rays, pairs);
     low | high << (LANES / 2)
 }
 
 /// Eight of the rays.
 #[inline]
 #[target_feature(enable = "avx2,fma,popcnt")]
-fn half_scan_avx2<const AXIS: usize, const ANY: bool, const HALF: usize>(
-    facets: &Facets,
-    rays: &Group,
-    pairs: &mut Pairs,
-) -> u32 {
+fn half_scan_avx2<const ANY: bool, const HALF: usize>(facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
     let mut scan = Scan8 { bound: load_half::<HALF>(&rays.t_max), certain: 0 };
     for facet in &facets.quadrilaterals {
-        scan.meet::<AXIS, ANY, HALF, 4>(facet, rays, pairs);
+        scan.meet::<ANY, HALF, 4>(facet, rays, pairs);
     }
     for facet in &facets.triangles {
-        scan.meet::<AXIS, ANY, HALF, 3>(facet, rays, pairs);
+        scan.meet::<ANY, HALF, 3>(facet, rays, pairs);
     }
     scan.certain
 }
@@ -164,7 +152,7 @@ struct Scan8 {
 impl Scan8 {
     #[inline]
     #[target_feature(enable = "avx2,fma,popcnt")]
-    fn meet<const AXIS: usize, const ANY: bool, const HALF: usize, const EDGES: usize>(
+    fn meet<const ANY: bool, const HALF: usize, const EDGES: usize>(
         &mut self,
         facet: &Facet<EDGES>,
         rays: &Group,
@@ -173,9 +161,7 @@ impl Scan8 {
         let (zero, zero_words) = (_mm256_setzero_ps(), _mm256_setzero_si256());
         let [ox, oy, oz] = &rays.origin;
         let [dx, dy, dz] = &rays.direction;
-        let nx = _mm256_set1_ps(facet.normal[(AXIS + 1) % 3]);
-        let ny = _mm256_set1_ps(facet.normal[(AXIS + 2) % 3]);
-        let nz = _mm256_set1_ps(facet.normal[AXIS]);
+        let [nx, ny, nz] = facet.normal.map(|x| _mm256_set1_ps(x));
         let speed = _mm256_mul_ps(nz, load_half::<HALF>(dz));
         let speed = _mm256_fmadd_ps(nx, load_half::<HALF>(dx), _mm256_fmadd_ps(ny, load_half::<HALF>(dy), speed));
         let above = _mm256_fnmadd_ps(nz, load_half::<HALF>(oz), _mm256_set1_ps(facet.height));
@@ -185,7 +171,7 @@ impl Scan8 {
         let around = _mm256_add_ps(load_half::<HALF>(&rays.reach), _mm256_set1_ps(facet.slack));
         let doubt = _mm256_mul_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), rate), around);
         let margin = _mm256_mul_ps(doubt, load_half::<HALF>(&rays.length));
-        let [u, v] = [place_of::<AXIS>(facet.axes[0]), place_of::<AXIS>(facet.axes[1])];
+        let [u, v] = facet.axes();
         let on = |axis: usize| {
             _mm256_fmadd_ps(t, load_half::<HALF>(&rays.direction[axis]), load_half::<HALF>(&rays.origin[axis]))
         };
@@ -203,17 +189,14 @@ impl Scan8 {
         let (mask, skip) = (load_half_words::<HALF>(&rays.mask), load_half_words::<HALF>(&rays.skip));
         let unseen = _mm256_and_si256(mask, _mm256_set1_epi32(facet.mask as i32));
         let unseen = _mm256_castsi256_ps(_mm256_cmpeq_epi32(unseen, zero_words));
-        let within = _mm256_and_ps(
-            _mm256_cmp_ps::<_CMP_NLE_UQ>(high, t_min),
-            _mm256_cmp_ps::<_CMP_NGT_UQ>(low, self.bound),
-        );
+        let within =
+            _mm256_and_ps(_mm256_cmp_ps::<_CMP_NLE_UQ>(high, t_min), _mm256_cmp_ps::<_CMP_NGT_UQ>(low, self.bound));
         let within = _mm256_and_ps(within, _mm256_cmp_ps::<_CMP_NLT_UQ>(_mm256_add_ps(inside, margin), zero));
         let may = _mm256_andnot_ps(unseen, within);
         let skipped = |order: u32| _mm256_castsi256_ps(_mm256_cmpeq_epi32(skip, _mm256_set1_epi32(order as i32)));
         let first = _mm256_andnot_ps(skipped(facet.orders[0]), may);
         let second = if EDGES > 3 { _mm256_andnot_ps(skipped(facet.orders[1]), may) } else { first };
-        let certain =
-            _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(low, t_min), _mm256_cmp_ps::<_CMP_LT_OQ>(high, t_max));
+        let certain = _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(low, t_min), _mm256_cmp_ps::<_CMP_LT_OQ>(high, t_max));
         let certain = _mm256_and_ps(certain, _mm256_cmp_ps::<_CMP_GT_OQ>(inside, margin));
         let sure = _mm256_and_ps(certain, _mm256_and_ps(first, second));
         if ANY {
@@ -240,8 +223,7 @@ impl Scan8 {
 fn list8<const HALF: usize>(pairs: &mut Pairs, triangle: u32, lanes: u32) {
     let numbers = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(COMPRESS[lanes as usize & 255] as i64));
     let start = triangle as usize * LANES + HALF * (LANES / 2);
-    store8(pairs.place(), _mm256_add_epi32(numbers, _mm256_set1_epi32(start as i32)));
-    pairs.advance(lanes.count_ones());
+    pairs.push(words8(_mm256_add_epi32(numbers, _mm256_set1_epi32(start as i32))), lanes.count_ones());
 }
 
 #[inline]
@@ -260,9 +242,9 @@ fn load16_words(from: &[u32; LANES]) -> __m512i {
 
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn store16(to: &mut [u32; LANES], value: __m512i) {
-    // SAFETY: the array holds sixteen words; the store needs no alignment.
-    unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), value) }
+fn words16(vector: __m512i) -> [u32; LANES] {
+    // SAFETY: both are sixteen words.
+    unsafe { std::mem::transmute::<__m512i, [u32; LANES]>(vector) }
 }
 
 #[inline]
@@ -283,7 +265,7 @@ fn load_half_words<const HALF: usize>(from: &[u32; LANES]) -> __m256i {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn store8(to: &mut [u32; LANES], value: __m256i) {
-    // SAFETY: the array holds more than eight words; the store needs no alignment.
-    unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), value) }
+fn words8(vector: __m256i) -> [u32; LANES / 2] {
+    // SAFETY: both are eight words.
+    unsafe { std::mem::transmute::<__m256i, [u32; LANES / 2]>(vector) }
 }
