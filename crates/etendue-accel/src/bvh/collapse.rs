@@ -7,6 +7,7 @@ use super::node::{Child, LANES, Node, Pack, WIDTH};
 use crate::bounds::Bounds;
 use crate::error::{BuildError, limited, room};
 use crate::geometry::Sphere;
+use crate::isa::Isa;
 use crate::items::{Item, ItemKind};
 use crate::memory::ask_for_huge_pages;
 use crate::padding::Padding;
@@ -120,15 +121,15 @@ impl Arrays {
     pub fn add(
         &mut self,
         items: &mut [Item],
-        source: Source<'_>,
-        padding: Padding,
+        (source, padding): (Source<'_>, Padding),
         apart: usize,
+        isa: Isa,
     ) -> Result<Root, BuildError> {
         self.owners = Owners::of_level(source, self.packs.len());
         if items.is_empty() {
             return Ok(Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0, others: None });
         }
-        let tree = build::build(items, source, apart)?;
+        let tree = build::build(items, source, apart, isa)?;
         let mut plan =
             Plan { tree: &tree, items, source, arrays: self, drafts: Vec::new(), packs: Vec::new(), depth: 0 };
         let (word, others) = if apart == 0 { (plan.child(0, 1)?, None) } else { plan.halves()? };
