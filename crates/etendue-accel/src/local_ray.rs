@@ -52,15 +52,22 @@ impl LocalRay {
     /// The axis of the direction's largest component; `None` for a ray that hits nothing by definition.
     #[inline(always)]
     pub fn major_axis(origin: [f32; 3], direction: [f32; 3]) -> Option<usize> {
+        let (major, is_traceable) = Self::major(origin, direction);
+        is_traceable.then_some(major as usize)
+    }
+
+    /// The axis of the direction's largest component, and false for a ray that hits nothing by definition.
+    #[inline(always)]
+    pub fn major(origin: [f32; 3], direction: [f32; 3]) -> (u32, bool) {
         const SMALLEST: u32 = DIRECTION_LIMIT.to_bits();
         const GREATEST: u32 = (1.0 / DIRECTION_LIMIT).to_bits();
         let [x, y, z] = magnitudes(direction);
         let across = y.max(z);
         // Without branches: directions are as good as random.
-        let major = usize::from(x < across) * (2 - usize::from(y >= z));
+        let major = u32::from(x < across) * (2 - u32::from(y >= z));
         let far = largest(magnitudes(origin)) > COORDINATE_LIMIT.to_bits();
-        let traceable = !far & (SMALLEST..=GREATEST).contains(&x.max(across));
-        traceable.then_some(major)
+        let longest = x.max(across);
+        (major, !far & (SMALLEST..=GREATEST).contains(&longest))
     }
 
     /// The ray in the space of an instance at a shutter time, with the same parameter t.

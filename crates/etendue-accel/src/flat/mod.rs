@@ -1,11 +1,11 @@
 //! Worlds of few primitives, without a tree, and the few large ones of others: sixteen rays at a time meet one primitive
 //! after the other.
 //!
-//! Rays are sorted by the axis of their direction's largest component, which is the only thing that the test of a
-//! triangle branches on; rays of one axis fill the lanes of vectors, whether they are near one another or not. A first
-//! pass in f32 tests all triangles and lists the pairs of ray and triangle that may be hits; the exact test decides the
+//! Rays fill the lanes of vectors as they come, whether they are near one another or not. A first
+//! pass in f32 tests the planes and edges of all triangles and lists the pairs of ray and triangle that may be hits; the exact test decides the
 //! listed pairs in full vectors. Nothing depends on where rays go, so there is nothing to mispredict.
 
+mod facet;
 mod scan;
 mod settle;
 mod sphere;
@@ -19,7 +19,9 @@ use crate::items::{self, Item};
 use crate::ray::PrimitiveId;
 use crate::source::Source;
 
-pub(crate) use scan::{Group, LANES, Pairs, scan};
+pub(crate) use facet::{Facet, Facets};
+pub(crate) use scan::{Columns, Group, LANES, Pairs, scan};
+pub(crate) use settle::{Sheared, shear};
 pub(crate) use trace::{Beyond, Flight, Trace};
 
 /// Most triangles of a flat world, with any instruction set.
@@ -31,7 +33,8 @@ const SPHERE_COST: usize = 4;
 /// The place of a primitive in the order of ids, from 1; 0 is none.
 pub(crate) type Order = u32;
 
-/// A triangle as the first pass reads it, lane by lane the same.
+/// A triangle.
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FlatTriangle {
     /// By vertex and axis.
@@ -53,6 +56,7 @@ struct FlatSphere {
 #[derive(Debug)]
 pub(crate) struct Flat {
     triangles: Vec<FlatTriangle>,
+    facets: Facets,
     spheres: Vec<FlatSphere>,
     /// By order less one.
     ids: Vec<PrimitiveId>,
@@ -89,6 +93,7 @@ impl Flat {
         let bounds = items::world_bounds(world)?;
         let mut flat = Self {
             triangles: room("triangles", limit)?,
+            facets: Facets::default(),
             spheres: room("spheres", limit)?,
             ids: room("primitives", limit)?,
             starts: room("instances", limit + 1)?,
@@ -116,6 +121,7 @@ impl Flat {
             }
         }
         flat.starts.push(flat.ids.len() as Order + 1);
+        flat.facets = Facets::new(&flat.triangles);
         Ok(Some(flat))
     }
 
@@ -134,7 +140,8 @@ impl Flat {
         let last = ids.last().map_or(0, |id| id.instance + 1);
         let mut starts = room("instances", last as usize + 1)?;
         starts.extend((0..=last).map(|instance| ids.partition_point(|id| id.instance < instance) as Order + 1));
-        Ok(Self { triangles, spheres: Vec::new(), ids, starts, bounds: items::bounds_of(items) })
+        let facets = Facets::new(&triangles);
+        Ok(Self { triangles, facets, spheres: Vec::new(), ids, starts, bounds: items::bounds_of(items) })
     }
 
     pub fn bounds(&self) -> Bounds {
@@ -143,6 +150,7 @@ impl Flat {
 
     pub fn bytes(&self) -> usize {
         size_of_val(&self.triangles[..])
+            + self.facets.bytes()
             + size_of_val(&self.spheres[..])
             + size_of_val(&self.ids[..])
             + size_of_val(&self.starts[..])

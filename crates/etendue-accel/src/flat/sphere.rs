@@ -10,11 +10,8 @@ const NO_WEIGHTS: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// Offers what each ray may hit of each sphere.
 #[inline(always)]
-pub(super) fn spheres<const AXIS: usize>(spheres: &[FlatSphere], rays: &Group, best: &mut Best) {
-    // Where the axes of space are among those of the shear.
-    let places = [(5 - AXIS) % 3, (6 - AXIS) % 3, (7 - AXIS) % 3];
-    let origins = places.map(|place| &rays.origin[place]);
-    let directions = places.map(|place| &rays.direction[place]);
+pub(super) fn spheres(spheres: &[FlatSphere], rays: &Group, best: &mut Best) {
+    let (origins, directions) = (rays.origin.each_ref(), rays.direction.each_ref());
     for item in spheres {
         let mut roots = [[0.0; LANES]; 2];
         for i in 0..LANES {

@@ -1,17 +1,15 @@
 //! Slices of rays through a list of primitives.
 
-use super::scan::{Group, LANES, Pairs};
+use std::ops::Range;
+
+use super::scan::{Columns, Group, LANES, Pairs};
 use super::settle::{Best, settle};
 use super::{Flat, sphere};
 use crate::bounds::{Bounds, greatest, least};
 use crate::isa::SimdKernel;
-use crate::local_ray::LocalRay;
 use crate::padding::{FLATTEST, Padding};
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::simd::Simd;
-
-/// Rays that are sorted together.
-const CHUNK: usize = 512;
 
 /// Searches a world that is nothing but a list for a slice of rays; `finish` gets the index of each ray and what was found.
 pub(crate) struct Trace<'a, F, const ANY: bool> {
@@ -46,95 +44,73 @@ pub(crate) struct Flight<'a, F, const ANY: bool> {
     pub finish: F,
 }
 
-#[inline(always)]
-fn start_of(ray: &Ray) -> f32 {
-    if ray.t_min < 0.0 { 0.0 } else { ray.t_min }
-}
+/// Sees nothing.
+const VOID: Ray =
+    Ray { origin: [0.0; 3], t_min: 0.0, direction: [0.0; 3], t_max: 0.0, time: 0.0, mask: 0, skip: PrimitiveId::NONE };
 
 impl<F: FnMut(usize, Hit, bool), const ANY: bool> Flight<'_, F, ANY> {
     #[inline(always)]
     pub fn run<S: Simd>(mut self, simd: S) {
-        let mut pairs = Pairs::new();
-        for (chunk, rays) in self.rays.chunks(CHUNK).enumerate() {
-            // The last list is of rays that hit nothing by definition.
-            let mut lists = [[0_u16; CHUNK]; 4];
-            let mut lens = [0; 4];
-            for (index, ray) in rays.iter().enumerate() {
-                let axis = LocalRay::major_axis(ray.origin, ray.direction).unwrap_or(3);
-                let list = if start_of(ray) < ray.t_max { axis } else { 3 };
-                lists[list][lens[list]] = index as u16;
-                lens[list] += 1;
+        let (mut pairs, mut columns) = (Pairs::new(), Columns::EMPTY);
+        for (chunk, rays) in self.rays.chunks(LANES).enumerate() {
+            match <&[Ray; LANES]>::try_from(rays) {
+                Ok(rays) => simd.transpose(rays, &mut columns),
+                Err(_) => {
+                    let mut whole = [VOID; LANES];
+                    whole[..rays.len()].copy_from_slice(rays);
+                    simd.transpose(&whole, &mut columns);
+                }
             }
-            let first = chunk * CHUNK;
-            self.axis::<S, 0>(simd, first, &lists[0][..lens[0]], &mut pairs);
-            self.axis::<S, 1>(simd, first, &lists[1][..lens[1]], &mut pairs);
-            self.axis::<S, 2>(simd, first, &lists[2][..lens[2]], &mut pairs);
-            lists[3][..lens[3]].iter().for_each(|&index| (self.finish)(first + index as usize, Hit::MISS, false));
+            self.group(simd, chunk * LANES..chunk * LANES + rays.len(), &columns, &mut pairs);
         }
     }
 
-    /// The rays of one axis, by their indices from `first`.
+    /// Some rays, by their indices.
     #[inline(always)]
-    fn axis<S: Simd, const AXIS: usize>(&mut self, simd: S, first: usize, list: &[u16], pairs: &mut Pairs) {
-        for indices in list.chunks(LANES) {
-            let group = self.gather::<AXIS>(first, indices);
-            pairs.clear();
-            let certain = simd.scan::<AXIS, ANY>(&self.flat.triangles, &group, pairs);
-            let mut best = Best::new(&group);
-            settle::<AXIS>(&self.flat.triangles, &group, pairs.used(), &mut best);
-            sphere::spheres::<AXIS>(&self.flat.spheres, &group, &mut best);
-            let enter = self.beyond.map_or(0, |beyond| enter::<AXIS>(beyond, &group, best.ends()));
-            for (lane, &index) in indices.iter().enumerate() {
-                let (order, mut hit) = best.hit(lane);
-                hit.id = match order.checked_sub(1) {
-                    Some(place) => self.flat.ids[place as usize],
-                    None if ANY && certain >> lane & 1 == 1 => self.flat.ids[0],
-                    None => Hit::MISS.id,
-                };
-                let hit = if hit.is_hit() { hit } else { Hit::MISS };
-                (self.finish)(first + index as usize, hit, enter >> lane & 1 == 1);
-            }
+    fn group<S: Simd>(&mut self, simd: S, indices: Range<usize>, columns: &Columns, pairs: &mut Pairs) {
+        let mut group = Group::of(columns);
+        for (lane, skip) in group.skip.iter_mut().enumerate() {
+            let [instance, primitive] = columns.skip.map(|row| row[lane]);
+            *skip = self.flat.order_of(PrimitiveId { instance, primitive });
         }
-    }
-
-    #[inline(always)]
-    fn gather<const AXIS: usize>(&self, first: usize, indices: &[u16]) -> Group {
-        let mut group = Group::EMPTY;
-        for (lane, &index) in indices.iter().enumerate() {
-            let ray = &self.rays[first + index as usize];
-            for place in 0..3 {
-                group.origin[place][lane] = ray.origin[(AXIS + 1 + place) % 3];
-                group.direction[place][lane] = ray.direction[(AXIS + 1 + place) % 3];
-            }
-            (group.t_min[lane], group.t_max[lane]) = (start_of(ray), ray.t_max);
-            (group.mask[lane], group.skip[lane]) = (ray.mask, self.flat.order_of(ray.skip));
+        pairs.clear();
+        let certain = simd.scan::<ANY>(&self.flat.facets, &group, pairs);
+        let mut best = Best::new(&group);
+        settle(simd, &self.flat.triangles, &group, pairs.used(), &mut best);
+        sphere::spheres(&self.flat.spheres, &group, &mut best);
+        let enter = self.beyond.map_or(0, |beyond| enter(beyond, &group, best.ends()));
+        let found = best.hits();
+        for (lane, index) in indices.enumerate() {
+            let id = match found.orders[lane].checked_sub(1) {
+                Some(place) => self.flat.ids[place as usize],
+                None if ANY && certain >> lane & 1 == 1 => self.flat.ids[0],
+                None => PrimitiveId::NONE,
+            };
+            let hit = Hit { t: found.t[lane], u: found.u[lane], v: found.v[lane], id };
+            let hit = if hit.is_hit() { hit } else { Hit::MISS };
+            (self.finish)(index, hit, enter >> lane & 1 == 1);
         }
-        for lane in 0..LANES {
-            let rate = group.direction[2][lane];
-            group.shear[0][lane] = group.direction[0][lane] / rate;
-            group.shear[1][lane] = group.direction[1][lane] / rate;
-            group.shear[2][lane] = 1.0 / rate;
-        }
-        group
     }
 }
 
 /// A bit for every ray of a group that enters one of the padded boxes in its range, which ends at `ends`: the test of
 /// [`crate::padding::SlabRay`].
 #[inline(always)]
-fn enter<const AXIS: usize>(beyond: Beyond<'_>, rays: &Group, ends: &[f32; LANES]) -> u32 {
-    let mut pad = [0.0_f32; LANES];
-    for (i, pad) in pad.iter_mut().enumerate() {
+fn enter(beyond: Beyond<'_>, rays: &Group, ends: &[f32; LANES]) -> u32 {
+    let (mut pad, mut longest) = ([0.0_f32; LANES], [0.0_f32; LANES]);
+    for i in 0..LANES {
+        let [dx, dy, dz] = rays.direction.each_ref().map(|row| row[i].abs());
+        longest[i] = greatest(greatest(dx, dy), dz);
         let reach = greatest(greatest(rays.origin[0][i].abs(), rays.origin[1][i].abs()), rays.origin[2][i].abs());
-        *pad = beyond.padding.at(reach);
+        pad[i] = beyond.padding.at(reach);
     }
     let zero = [[0.0_f32; LANES]; 3];
     let (mut rate, mut near, mut far) = (zero, zero, zero);
     for place in 0..3 {
         for i in 0..LANES {
-            let (o, d, z) = (rays.origin[place][i], rays.direction[place][i], rays.direction[2][i]);
+            let (o, d, z) = (rays.origin[place][i], rays.direction[place][i], longest[i]);
             let forward = pad[i].copysign(d);
-            rate[place][i] = 1.0 / greatest(d.abs(), z.abs() * FLATTEST).copysign(d);
+            rate[place][i] = 1.0 / greatest(d.abs(), z * FLATTEST).copysign(d);
             near[place][i] = (o + forward) * rate[place][i];
             far[place][i] = (o - forward) * rate[place][i];
         }
@@ -143,8 +119,7 @@ fn enter<const AXIS: usize>(beyond: Beyond<'_>, rays: &Group, ends: &[f32; LANES
     for bounds in beyond.boxes {
         let (mut enter, mut exit) = (rays.t_min, *ends);
         for place in 0..3 {
-            let axis = (AXIS + 1 + place) % 3;
-            let (low, high) = (bounds.min[axis], bounds.max[axis]);
+            let (low, high) = (bounds.min[place], bounds.max[place]);
             for i in 0..LANES {
                 let backward = rate[place][i] < 0.0;
                 let (first, last) = (if backward { high } else { low }, if backward { low } else { high });
@@ -153,7 +128,7 @@ fn enter<const AXIS: usize>(beyond: Beyond<'_>, rays: &Group, ends: &[f32; LANES
             }
         }
         for i in 0..LANES {
-            entered[i] |= u32::from(enter[i] <= exit[i]);
+            entered[i] |= u32::from((enter[i] <= exit[i]) & (rays.mask[i] != 0));
         }
     }
     entered.iter().enumerate().map(|(i, bit)| bit << i).sum()

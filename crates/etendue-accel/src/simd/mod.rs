@@ -4,14 +4,17 @@
 use crate::bounds::{greatest, least};
 use crate::bvh::beam::{self, BEAM, Beam, Lanes};
 use crate::bvh::node::{LANES, Node, Pack, WIDTH, near_rows};
-use crate::flat::{self, FlatTriangle, Group, Pairs};
+use crate::flat::{self, Columns, Facets, FlatTriangle, Group, Pairs, Sheared};
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
+use crate::ray::Ray;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;
 #[cfg(target_arch = "x86_64")]
 mod x86_beam;
+#[cfg(target_arch = "x86_64")]
+mod x86_flat;
 #[cfg(target_arch = "x86_64")]
 mod x86_scan;
 
@@ -50,14 +53,21 @@ pub(crate) trait Simd: Copy {
     fn beam_triangle(self, pack: &Pack, place: usize, beam: &Beam, sheared: &mut [[[f32; BEAM]; 3]; 3]) -> u32;
 
     /// Lists the pairs of a triangle and a ray of the group that the exact test of [`crate::triangle`] may accept as the
-    /// closest hit, at most [`flat::LIMIT`] triangles. The axis is that of the rays' largest components. With `ANY` gives
-    /// a bit for every ray that is certain to hit something within its range, and lists pairs for the others only.
-    fn scan<const AXIS: usize, const ANY: bool>(
-        self,
-        triangles: &[FlatTriangle],
-        rays: &Group,
-        pairs: &mut Pairs,
-    ) -> u32;
+    /// closest hit, at most [`flat::LIMIT`] triangles. With `ANY` gives a bit for every ray that is certain to hit something within its range, and lists pairs for the others only.
+    fn scan<const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32;
+
+    /// Sixteen rays by component.
+    #[inline(always)]
+    fn transpose(self, rays: &[Ray; flat::LANES], columns: &mut Columns) {
+        columns.fill(rays);
+    }
+
+    /// Shears the corners of the triangles of pairs, as they are listed by [`Self::scan`], for their rays: the operations of
+    /// [`crate::triangle::shear`].
+    #[inline(always)]
+    fn shear(self, triangles: &[FlatTriangle], rays: &Group, pairs: &[u32; flat::LANES], sheared: &mut Sheared) {
+        flat::shear(triangles, rays, pairs, sheared);
+    }
 
     /// Takes the words whose entry distances are beyond `t` off a stack, which has [`STACK_ROOM`] more than its length; the
     /// new length.
@@ -152,13 +162,8 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn scan<const AXIS: usize, const ANY: bool>(
-        self,
-        triangles: &[FlatTriangle],
-        rays: &Group,
-        pairs: &mut Pairs,
-    ) -> u32 {
-        flat::scan::<AXIS, ANY>(triangles, rays, pairs)
+    fn scan<const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
+        flat::scan::<ANY>(facets, rays, pairs)
     }
 
     #[inline(always)]

@@ -6,13 +6,15 @@ use std::arch::x86_64::*;
 
 use super::Simd;
 use super::x86_beam::{beam_children, beam_triangle, waiting};
+use super::x86_flat::{shear, transpose};
 use super::x86_scan::{scan_avx2, scan_avx512};
 use crate::bvh::beam::{self, BEAM, Beam, Lanes};
 use crate::bvh::node::{Node, Pack, WIDTH, near_rows};
-use crate::flat::{FlatTriangle, Group, Pairs};
+use crate::flat::{self, Columns, Facets, FlatTriangle, Group, Pairs, Sheared};
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
+use crate::ray::Ray;
 
 /// Exists only inside [`run_avx2`].
 #[derive(Clone, Copy, Debug)]
@@ -74,14 +76,9 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn scan<const AXIS: usize, const ANY: bool>(
-        self,
-        triangles: &[FlatTriangle],
-        rays: &Group,
-        pairs: &mut Pairs,
-    ) -> u32 {
+    fn scan<const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
         // SAFETY: as above.
-        unsafe { scan_avx2::<AXIS, ANY>(triangles, rays, pairs) }
+        unsafe { scan_avx2::<ANY>(facets, rays, pairs) }
     }
 
     #[inline(always)]
@@ -147,14 +144,21 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn scan<const AXIS: usize, const ANY: bool>(
-        self,
-        triangles: &[FlatTriangle],
-        rays: &Group,
-        pairs: &mut Pairs,
-    ) -> u32 {
+    fn scan<const ANY: bool>(self, facets: &Facets, rays: &Group, pairs: &mut Pairs) -> u32 {
         // SAFETY: as above.
-        unsafe { scan_avx512::<AXIS, ANY>(triangles, rays, pairs) }
+        unsafe { scan_avx512::<ANY>(facets, rays, pairs) }
+    }
+
+    #[inline(always)]
+    fn transpose(self, rays: &[Ray; flat::LANES], columns: &mut Columns) {
+        // SAFETY: as above.
+        unsafe { transpose(rays, columns) }
+    }
+
+    #[inline(always)]
+    fn shear(self, triangles: &[FlatTriangle], rays: &Group, pairs: &[u32; flat::LANES], sheared: &mut Sheared) {
+        // SAFETY: as above.
+        unsafe { shear(triangles, rays, pairs, sheared) }
     }
 
     #[inline(always)]
