@@ -196,6 +196,9 @@ fn measure_build(options: &Options, report: &mut Report) -> Result<(), String> {
                     timed(options.clock, || library.scene(mesh, quality).map(drop)).0
                 }));
             }
+            let measured = contenders.into_iter().zip(memory);
+            let (contenders, memory): (Vec<Contender<'_>>, Vec<f64>) =
+                measured.filter(|(contender, _)| wanted(&options.contenders, &contender.name)).unzip();
             let seconds = turns::take(&contenders, options.turns);
             let names: Vec<String> = contenders.iter().map(|c| c.name.clone()).collect();
             report.build(mesh, threads, &names, &seconds, &memory);

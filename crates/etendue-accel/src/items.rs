@@ -22,37 +22,36 @@ pub(crate) enum ItemKind {
 }
 
 /// One thing in a structure: a box in the structure's space, and an id whose halves fill the vectors up.
-#[repr(C, align(16))]
+#[repr(C, align(32))]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item {
-    /// Smallest coordinates, and the bits of the id's instance, which is 0 in a bottom level.
-    pub low: [f32; 4],
-    /// Largest coordinates, and the bits of the id's primitive.
-    pub high: [f32; 4],
+    /// The smallest coordinates, negated, and the bits of the id's instance, which is 0 in a bottom level; the largest
+    /// coordinates, and the bits of the id's primitive. So eight maxima join two boxes.
+    pub lanes: [f32; 8],
 }
 
 impl Item {
     #[inline(always)]
     pub fn new(bounds: &Bounds, id: PrimitiveId) -> Self {
         let ([a, b, c], [d, e, f]) = (bounds.min, bounds.max);
-        Self { low: [a, b, c, f32::from_bits(id.instance)], high: [d, e, f, f32::from_bits(id.primitive)] }
+        Self { lanes: [-a, -b, -c, f32::from_bits(id.instance), d, e, f, f32::from_bits(id.primitive)] }
     }
 
     #[inline(always)]
     pub fn bounds(&self) -> Bounds {
-        let ([a, b, c, _], [d, e, f, _]) = (self.low, self.high);
-        Bounds { min: [a, b, c], max: [d, e, f] }
+        let [a, b, c, _, d, e, f, _] = self.lanes;
+        Bounds { min: [-a, -b, -c], max: [d, e, f] }
     }
 
     #[inline(always)]
     pub fn id(&self) -> PrimitiveId {
-        PrimitiveId { instance: self.low[3].to_bits(), primitive: self.high[3].to_bits() }
+        PrimitiveId { instance: self.lanes[3].to_bits(), primitive: self.lanes[7].to_bits() }
     }
 
-    /// Twice the middle; the last number means nothing.
+    /// Twice the middle on an axis.
     #[inline(always)]
-    pub fn middle(&self) -> [f32; 4] {
-        std::array::from_fn(|a| self.low[a] + self.high[a])
+    pub fn middle(&self, axis: usize) -> f32 {
+        self.lanes[4 + axis] - self.lanes[axis]
     }
 }
 

@@ -12,6 +12,7 @@ pub(crate) enum Source<'a> {
 }
 
 impl<'a> Source<'a> {
+    #[inline(always)]
     fn geometry(self, id: PrimitiveId) -> &'a Geometry {
         match self {
             Self::Top(world) => &world.geometries[world.instances[id.instance as usize].geometry as usize],
@@ -48,6 +49,7 @@ impl<'a> Source<'a> {
     }
 
     /// The corners of a triangle item; `None` for other items.
+    #[inline(always)]
     pub fn triangle(self, id: PrimitiveId) -> Option<[[f32; 3]; 3]> {
         match self.geometry(id) {
             Geometry::Triangles(mesh) => Some(mesh.corners(id.primitive as usize)),

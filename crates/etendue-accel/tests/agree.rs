@@ -509,6 +509,56 @@ fn few_primitives() {
     }
 }
 
+/// Two triangles that share an edge: in one plane or bent, convex or not, wide and narrow, near and far.
+#[test]
+fn quadrilaterals() {
+    let mut rng = Rng(23);
+    for (index, (size, far, bend)) in [
+        (1.0, 0.0, 0.0),
+        (1.0, 0.0, 1e-7),
+        (1.0, 0.0, 1e-6),
+        (1.0, 0.0, 1e-3),
+        (1e-3, 1.0, 1e-7),
+        (1.0, 1e4, 1e-4),
+        (1e-6, 0.0, 0.0),
+        (1e12, 0.0, 1e-7),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (mut positions, mut indices) = (Vec::new(), Vec::new());
+        for quadrilateral in 0..20_u32 {
+            let middle = scale(rng.direction(), far);
+            let (u, v) = (rng.direction(), rng.direction());
+            let v = scale(v, *rng.pick(&[1.0, 0.3, 1e-3, 1e-6]));
+            let corner = |rng: &mut Rng, a: f32, b: f32| {
+                let place = add(scale(u, a), scale(v, b));
+                add(middle, scale(add(place, scale(rng.direction(), bend)), size))
+            };
+            // A parallelogram, a trapezoid, a kite, an arrow, and one with three corners in line.
+            let [a, b] = *rng.pick(&[[1.0, 1.0], [0.4, 1.0], [0.8, 0.7], [0.3, 0.2], [0.5, 0.5]]);
+            let places = [[0.0, 0.0], [1.0, 0.0], [a, b], [0.0, 1.0]];
+            positions.extend(places.map(|[a, b]| corner(&mut rng, a, b)));
+            let [p, q, r, s] = [0, 1, 2, 3].map(|i| 4 * quadrilateral + i);
+            // Divided either way, and turned either way.
+            indices.extend(*rng.pick(&[
+                [[p, q, r], [p, r, s]],
+                [[r, p, q], [p, s, r]],
+                [[p, q, s], [q, r, s]],
+                [[s, q, p], [s, q, r]],
+            ]));
+        }
+        let seen = |geometry, mask| Instance { mask, ..plain(geometry) };
+        // Halves of the last ones are seen by other rays.
+        let (most, rest) = indices.split_at(indices.len() - 5);
+        let geometries =
+            vec![triangles(&mesh(positions.clone(), most.to_vec())), triangles(&mesh(positions, rest.to_vec()))];
+        let world = World { geometries, instances: vec![seen(0, !0), seen(1, 2)] };
+        let found = compare("quadrilaterals", &world, ray_count() / 8, index as u64);
+        assert!(found > ray_count() / 200, "{index}: {found}");
+    }
+}
+
 /// At the limits of what goes without a tree, and slices of any length.
 #[test]
 fn limits_and_lengths() {

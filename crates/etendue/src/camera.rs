@@ -351,11 +351,7 @@ impl Camera {
     #[inline]
     pub(crate) fn ray_in(&self, view: &View, x: f32, y: f32, u: [f32; 2]) -> CameraRay {
         let on_lens = self.opening.as_ref().map(|opening| opening.sample(u));
-        let ray = view.whole_ray(x, y, on_lens);
-        if view.near_clip == 0.0 {
-            return ray;
-        }
-        CameraRay { origin: ray.origin + ray.direction * view.clipped(ray.direction), ..ray }
+        view.ray(x, y, on_lens)
     }
 
     /// The centre of projection, relative to the scene's centre; of an orthographic camera the middle of its image.
@@ -434,8 +430,29 @@ impl View {
         self.near_clip / direction.dot(self.forward)
     }
 
+    /// True for an orthographic camera, whose rays are all parallel.
+    pub fn is_parallel(&self) -> bool {
+        self.parallel
+    }
+
+    /// The same view, of which the caller knows whether it is parallel.
+    #[inline(always)]
+    pub fn told(self, parallel: bool) -> Self {
+        Self { parallel, ..self }
+    }
+
+    /// A ray from where it begins, of a point of the lens or of a pinhole.
+    #[inline(always)]
+    pub fn ray(&self, x: f32, y: f32, on_lens: Option<Vec2>) -> CameraRay {
+        let ray = self.whole_ray(x, y, on_lens);
+        if self.near_clip == 0.0 {
+            return ray;
+        }
+        CameraRay { origin: ray.origin + ray.direction * self.clipped(ray.direction), ..ray }
+    }
+
     /// A ray from a point of the lens or the plane of projection.
-    #[inline]
+    #[inline(always)]
     fn whole_ray(&self, x: f32, y: f32, on_lens: Option<Vec2>) -> CameraRay {
         let h = (x * self.scale.x - 1.0) * self.half.x;
         let v = (1.0 - y * self.scale.y) * self.half.y;
@@ -463,7 +480,7 @@ impl View {
 
     /// The cone of a pixel about a ray in `direction`, from where it begins: where the ray meets a plane that faces the camera, it is as wide as
     /// the pixel there.
-    #[inline]
+    #[inline(always)]
     pub fn cone(&self, direction: Vec3) -> RayCone {
         // Pixels are squares.
         let pixel = self.half.y * self.scale.y;

@@ -34,9 +34,10 @@ Renders scenes in turns with every renderer and prints the seconds to a relative
 const PILOTS: [u64; 2] = [16, 64];
 /// Seeds of reference pictures start here; those of measured ones at 1.
 const REFERENCE_SEED: u64 = 1_000_000;
-/// Independent pictures that make a reference, each of `REFERENCE_FACTOR` times the samples that are measured.
+/// Independent pictures that make a reference, each of so many times the samples that are measured. What is left of noise in
+/// the reference counts as error of ours: a 32nd of it.
 const REFERENCE_PARTS: u64 = 8;
-const REFERENCE_FACTOR: u64 = 2;
+const REFERENCE_FACTOR: u64 = 4;
 
 /// What the command line asks for.
 #[derive(Debug, PartialEq)]
@@ -200,16 +201,15 @@ impl Measurement<'_> {
 
     /// Independent pictures by ours that together are the reference, kept by what makes them.
     fn reference(&self, ours: &mut Renderer, spp: u64) -> Result<Vec<Picture>, String> {
-        let parts = if self.wish.quick { 2 } else { REFERENCE_PARTS };
         let text = fs::read(&self.scene).map_err(|e| format!("{}: {e}", self.scene.display()))?;
         // Coarse steps: a pilot that differs a little finds what is there.
         let spp = spp.next_power_of_two();
         let key = fnv(&text);
         let home = folder().join(format!("references/{}-{key:016x}-{}-{spp}", self.name, self.wish.size));
         fs::create_dir_all(&home).map_err(|e| format!("{}: {e}", home.display()))?;
-        println!("  reference of {parts} x {spp} samples");
+        println!("  reference of {REFERENCE_PARTS} x {spp} samples");
         let mut pictures = Vec::new();
-        for part in 0..parts {
+        for part in 0..REFERENCE_PARTS {
             let path = home.join(format!("{part}.pfm"));
             if !path.is_file() {
                 ours.render(spp, REFERENCE_SEED + part)?;

@@ -7,6 +7,7 @@ use super::node::{Child, LANES, Node, Pack, WIDTH};
 use crate::bounds::Bounds;
 use crate::error::{BuildError, limited, room};
 use crate::geometry::Sphere;
+use crate::isa::{Isa, Kernel, run};
 use crate::items::{Item, ItemKind};
 use crate::memory::ask_for_huge_pages;
 use crate::padding::Padding;
@@ -103,15 +104,30 @@ struct Draft {
     count: usize,
 }
 
-/// What is found on the way through a binary tree.
-struct Plan<'a> {
-    tree: &'a [BinaryNode],
-    items: &'a [Item],
-    source: Source<'a>,
-    arrays: &'a mut Arrays,
+/// What is found on the way through a binary tree, or a part of one. Words count from the part's start.
+#[derive(Default)]
+struct Plan {
     drafts: Vec<Draft>,
     /// First item and number of items of each pack.
     packs: Vec<(u32, u32)>,
+    spheres: Vec<SphereItem>,
+    instances: Vec<u32>,
+    depth: usize,
+}
+
+/// A binary tree with what it is built over.
+struct Planner<'a> {
+    tree: &'a [BinaryNode],
+    items: &'a [Item],
+    source: Source<'a>,
+}
+
+/// A part that is planned by itself: a child of a node at the top.
+struct Part {
+    /// The draft, and which of its children.
+    parent: (usize, usize),
+    /// In the binary tree.
+    index: usize,
     depth: usize,
 }
 
@@ -120,21 +136,20 @@ impl Arrays {
     pub fn add(
         &mut self,
         items: &mut [Item],
-        source: Source<'_>,
-        padding: Padding,
+        (source, padding): (Source<'_>, Padding),
         apart: usize,
+        isa: Isa,
     ) -> Result<Root, BuildError> {
         self.owners = Owners::of_level(source, self.packs.len());
         if items.is_empty() {
             return Ok(Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0, others: None });
         }
-        let tree = build::build(items, source, apart)?;
-        let mut plan =
-            Plan { tree: &tree, items, source, arrays: self, drafts: Vec::new(), packs: Vec::new(), depth: 0 };
-        let (word, others) = if apart == 0 { (plan.child(0, 1)?, None) } else { plan.halves()? };
-        let Plan { drafts, packs, depth, .. } = plan;
-        limited("nodes", self.nodes.len() + drafts.len(), Child::LIMIT)?;
-        limited("packs", self.packs.len() + packs.len(), Child::LIMIT)?;
+        let tree = build::build(items, source, apart, isa)?;
+        let planner = Planner { tree: &tree, items, source };
+        let plan = planner.whole(self.lengths(), apart > 0)?;
+        let Whole { word, others, plan: Plan { drafts, packs, spheres, instances, depth } } = plan;
+        append(&mut self.spheres, spheres, "spheres")?;
+        append(&mut self.instances, instances, "transformed instances")?;
         let bytes = |count: usize, size: usize| (count as u64).saturating_mul(size as u64);
         self.nodes
             .try_reserve_exact(drafts.len())
@@ -144,7 +159,7 @@ impl Arrays {
             .map_err(|_| BuildError::Memory { what: "packs", bytes: bytes(packs.len(), size_of::<Pack>()) })?;
         ask_for_huge_pages(&mut self.nodes);
         ask_for_huge_pages(&mut self.packs);
-        self.nodes.par_extend(drafts.par_iter().map(|draft| draft.node(&tree)));
+        self.nodes.par_extend(drafts.par_iter().map(|draft| run(isa, Written { draft, tree: &tree })));
         let items = &*items;
         self.packs.par_extend(packs.par_iter().map(|&range| pack(items_of(items, range), source)));
         if let Owners::Each { lanes, .. } = &mut self.owners {
@@ -185,83 +200,208 @@ fn items_of(items: &[Item], (first, count): (u32, u32)) -> &[Item] {
     &items[first as usize..(first + count) as usize]
 }
 
-impl Plan<'_> {
+/// Moves everything to the end of an array.
+fn append<T>(to: &mut Vec<T>, mut from: Vec<T>, what: &'static str) -> Result<(), BuildError> {
+    let bytes = size_of_val(&from[..]) as u64;
+    to.try_reserve(from.len()).map_err(|_| BuildError::Memory { what, bytes })?;
+    to.append(&mut from);
+    Ok(())
+}
+
+/// Subtrees of at most this many items are planned by one thread, if there are more in all.
+const PART: usize = 1 << 14;
+
+/// The plan of a whole tree, with words as they are in the arrays.
+struct Whole {
+    word: u32,
+    /// See [`Root::others`].
+    others: Option<u32>,
+    plan: Plan,
+}
+
+impl Planner<'_> {
+    /// Plans a tree whose arrays have these lengths already. With `apart` the root's children are the halves of the tree.
+    fn whole(&self, lengths: Lengths, apart: bool) -> Result<Whole, BuildError> {
+        let (mut plan, mut parts) = (Plan::default(), Vec::new());
+        let mut later = (self.items.len() > PART).then_some(&mut parts);
+        let mut word = match apart {
+            true => self.node(&[1, self.tree[0].right as usize], 1, &mut plan, &mut later)?,
+            false => self.child(0, 1, &mut plan, &mut later)?,
+        };
+        word = moved(word, &lengths);
+        plan.move_words(0, &lengths);
+        let plan_part = |part: &Part| {
+            let mut plan = Plan::default();
+            let word = self.child(part.index, part.depth, &mut plan, &mut None)?;
+            Ok((word, plan))
+        };
+        let planned: Vec<Result<(u32, Plan), BuildError>> = parts.par_iter().map(plan_part).collect();
+        for (part, planned) in parts.iter().zip(planned) {
+            let (word, next) = planned?;
+            let start = plan.lengths().plus(&lengths);
+            start.plus(&next.lengths()).check()?;
+            let (draft, child) = part.parent;
+            plan.drafts[draft].words[child] = moved(word, &start);
+            plan.add(next, &start)?;
+        }
+        plan.lengths().plus(&lengths).check()?;
+        let others = apart.then(|| plan.drafts[0].words[1]);
+        Ok(Whole { word, others, plan })
+    }
+
     /// Plans a subtree; its child word.
-    fn child(&mut self, index: usize, depth: usize) -> Result<u32, BuildError> {
+    fn child(
+        &self,
+        index: usize,
+        depth: usize,
+        plan: &mut Plan,
+        later: &mut Option<&mut Vec<Part>>,
+    ) -> Result<u32, BuildError> {
         let binary = &self.tree[index];
         if binary.is_leaf() {
-            return self.leaf(binary.first, binary.count).map(Child::word);
+            return self.leaf(binary.first, binary.count, plan).map(Child::word);
         }
         let (children, count) = open(self.tree, index);
-        let (word, _) = self.node(&children[..count], depth)?;
-        Ok(word)
+        self.node(&children[..count], depth, plan, later)
     }
 
-    /// Plans a root whose children are the halves of the binary tree: its word and that of the second.
-    fn halves(&mut self) -> Result<(u32, Option<u32>), BuildError> {
-        let (word, place) = self.node(&[1, self.tree[0].right as usize], 1)?;
-        Ok((word, Some(self.drafts[place].words[1])))
-    }
-
-    /// Plans a node with children of the binary tree; its word and its draft's place.
-    fn node(&mut self, children: &[usize], depth: usize) -> Result<(u32, usize), BuildError> {
-        self.depth = self.depth.max(depth);
-        let place = self.drafts.len();
-        if place == self.drafts.capacity() {
-            let more = place.max(64);
-            let bytes = (more * size_of::<Draft>()) as u64;
-            self.drafts.try_reserve_exact(more).map_err(|_| BuildError::Memory { what: "nodes", bytes })?;
+    /// Plans a node with children of the binary tree; its word. Parts may be left for later.
+    fn node(
+        &self,
+        children: &[usize],
+        depth: usize,
+        plan: &mut Plan,
+        later: &mut Option<&mut Vec<Part>>,
+    ) -> Result<u32, BuildError> {
+        plan.depth = plan.depth.max(depth);
+        let place = plan.drafts.len();
+        if place == plan.drafts.capacity() {
+            reserve(&mut plan.drafts, place.max(64), "nodes")?;
         }
         let mut draft = Draft { children: [0; WIDTH], words: [0; WIDTH], count: children.len() };
         draft.children.iter_mut().zip(children).for_each(|(to, &child)| *to = child as u32);
-        self.drafts.push(draft);
+        plan.drafts.push(draft);
         for (i, &child) in children.iter().enumerate() {
-            self.drafts[place].words[i] = self.child(child, depth + 1)?;
+            if let Some(parts) = later
+                && self.tree[child].count as usize <= PART
+            {
+                parts.push(Part { parent: (place, i), index: child, depth: depth + 1 });
+                continue;
+            }
+            plan.drafts[place].words[i] = self.child(child, depth + 1, plan, later)?;
         }
-        Ok((Child::Node((self.arrays.nodes.len() + place) as u32).word(), place))
+        Ok(Child::Node(place as u32).word())
     }
 
-    fn leaf(&mut self, first_item: u32, count: u32) -> Result<Child, BuildError> {
+    fn leaf(&self, first_item: u32, count: u32, plan: &mut Plan) -> Result<Child, BuildError> {
         let items = items_of(self.items, (first_item, count));
-        let memory = |what, count: usize| move |_| BuildError::Memory { what, bytes: count as u64 };
         Ok(match self.source.kind(items[0].id()) {
             ItemKind::Triangle => {
-                let first = (self.arrays.packs.len() + self.packs.len()) as u32;
+                let first = plan.packs.len() as u32;
                 let lanes = LANES as u32;
                 let starts = (0..count).step_by(LANES);
-                self.packs.try_reserve(starts.len()).map_err(memory("packs", 8 * starts.len()))?;
-                self.packs.extend(starts.map(|i| (first_item + i, lanes.min(count - i))));
+                reserve(&mut plan.packs, starts.len(), "packs")?;
+                plan.packs.extend(starts.map(|i| (first_item + i, lanes.min(count - i))));
                 Child::Packs { first, count: count.div_ceil(lanes) }
             }
             ItemKind::Sphere => {
-                let spheres = &mut self.arrays.spheres;
-                let first = limited("spheres", spheres.len() + items.len(), Child::LIMIT)? - items.len() as u32;
-                let bytes = size_of_val(items);
-                spheres.try_reserve(items.len()).map_err(memory("spheres", bytes))?;
+                let first = plan.spheres.len() as u32;
+                reserve(&mut plan.spheres, items.len(), "spheres")?;
                 for item in items {
                     let id = item.id();
-                    spheres.extend(self.source.sphere(id).map(|sphere| SphereItem { sphere, id }));
+                    plan.spheres.extend(self.source.sphere(id).map(|sphere| SphereItem { sphere, id }));
                 }
                 Child::Spheres { first, count }
             }
             ItemKind::Instance => {
-                let instances = &mut self.arrays.instances;
-                let place = limited("transformed instances", instances.len() + 1, Child::LIMIT)? - 1;
-                instances.try_reserve(1).map_err(memory("transformed instances", 4))?;
-                instances.push(items[0].id().instance);
-                Child::Instance(place)
+                reserve(&mut plan.instances, 1, "transformed instances")?;
+                plan.instances.push(items[0].id().instance);
+                Child::Instance(plan.instances.len() as u32 - 1)
             }
         })
     }
 }
 
-impl Draft {
-    fn node(&self, tree: &[BinaryNode]) -> Node {
-        let mut children = [(Bounds::EMPTY, 0); WIDTH];
-        for (i, child) in children.iter_mut().enumerate().take(self.count) {
-            *child = (tree[self.children[i] as usize].bounds, self.words[i]);
+fn reserve<T>(array: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), BuildError> {
+    let bytes = (more * size_of::<T>()) as u64;
+    array.try_reserve(more).map_err(|_| BuildError::Memory { what, bytes })
+}
+
+impl Plan {
+    fn lengths(&self) -> Lengths {
+        let [nodes, packs] = [self.drafts.len(), self.packs.len()];
+        Lengths { nodes, packs, spheres: self.spheres.len(), instances: self.instances.len() }
+    }
+
+    /// Adds a part that starts there.
+    fn add(&mut self, part: Self, start: &Lengths) -> Result<(), BuildError> {
+        let drafts = self.drafts.len();
+        append(&mut self.drafts, part.drafts, "nodes")?;
+        append(&mut self.packs, part.packs, "packs")?;
+        append(&mut self.spheres, part.spheres, "spheres")?;
+        append(&mut self.instances, part.instances, "transformed instances")?;
+        self.move_words(drafts, start);
+        self.depth = self.depth.max(part.depth);
+        Ok(())
+    }
+
+    /// Lets the words of drafts, from one on, count from elsewhere.
+    fn move_words(&mut self, first: usize, start: &Lengths) {
+        for draft in &mut self.drafts[first..] {
+            let count = draft.count;
+            draft.words[..count].iter_mut().for_each(|word| *word = moved(*word, start));
         }
-        let children = &mut children[..self.count];
+    }
+}
+
+/// A word that counts from elsewhere.
+fn moved(word: u32, start: &Lengths) -> u32 {
+    match Child::of(word) {
+        Child::Node(index) => Child::Node(index + start.nodes as u32),
+        Child::Packs { first, count } => Child::Packs { first: first + start.packs as u32, count },
+        Child::Spheres { first, count } => Child::Spheres { first: first + start.spheres as u32, count },
+        Child::Instance(index) => Child::Instance(index + start.instances as u32),
+    }
+    .word()
+}
+
+impl Lengths {
+    fn plus(&self, other: &Self) -> Self {
+        Self {
+            nodes: self.nodes + other.nodes,
+            packs: self.packs + other.packs,
+            spheres: self.spheres + other.spheres,
+            instances: self.instances + other.instances,
+        }
+    }
+
+    /// Whether words can tell all places.
+    fn check(&self) -> Result<(), BuildError> {
+        limited("nodes", self.nodes, Child::LIMIT)?;
+        limited("packs", self.packs, Child::LIMIT)?;
+        limited("spheres", self.spheres, Child::LIMIT)?;
+        limited("transformed instances", self.instances, Child::LIMIT)?;
+        Ok(())
+    }
+}
+
+/// Makes a node of a draft.
+struct Written<'a> {
+    draft: &'a Draft,
+    tree: &'a [BinaryNode],
+}
+
+impl Kernel for Written<'_> {
+    type Output = Node;
+
+    #[inline(always)]
+    fn run(self) -> Node {
+        let Self { draft, tree } = self;
+        let mut children = [(Bounds::EMPTY, 0); WIDTH];
+        for (i, child) in children.iter_mut().enumerate().take(draft.count) {
+            *child = (tree[draft.children[i] as usize].bounds, draft.words[i]);
+        }
+        let children = &mut children[..draft.count];
         children.sort_by(|a, b| a.0.half_area().total_cmp(&b.0.half_area()));
         Node::new(children)
     }

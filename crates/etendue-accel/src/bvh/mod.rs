@@ -1,8 +1,10 @@
 //! The 8-wide bounding volume hierarchy.
 
 pub(crate) mod beam;
+mod bins;
 mod build;
 mod collapse;
+mod divide;
 mod large;
 pub(crate) mod node;
 mod packets;
@@ -51,8 +53,9 @@ impl Bvh {
     pub fn build(world: &World, isa: Isa) -> Result<Self, BuildError> {
         let mut arrays = Arrays::default();
         let bounds = items::object_bounds(world);
-        let objects =
-            levels::objects(world, &bounds, |mut items, source, padding| arrays.add(&mut items, source, padding, 0))?;
+        let objects = levels::objects(world, &bounds, |mut items, source, padding| {
+            arrays.add(&mut items, (source, padding), 0, isa)
+        })?;
         let top_start = arrays.lengths();
         let padding = Padding::new(&Bounds::EMPTY, []);
         let top = Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0, others: None };
@@ -68,7 +71,7 @@ impl Bvh {
         let apart = large::choose(&mut items, world, self.isa);
         let apart = if apart < items.len() { apart } else { 0 };
         let flat = (apart > 0).then(|| Flat::of_triangles(world, &items[..apart])).transpose()?;
-        self.top = self.arrays.add(&mut items, Source::Top(world), padding, apart)?;
+        self.top = self.arrays.add(&mut items, (Source::Top(world), padding), apart, self.isa)?;
         self.large = flat.map(|flat| Large { flat, boxes: self.boxes_of_others() });
         // Each node on the way replaces one entry by at most eight; a level has one at its bottom; vectors are stored whole.
         self.stack_len = (node::WIDTH - 1) * self.depth() + 3 + STACK_ROOM;
@@ -140,25 +143,26 @@ mod tests {
     }
 
     #[test]
-    fn the_number_of_threads_leaves_no_trace() {
+    fn threads_and_instruction_sets_leave_no_trace() {
         let world = scattered(100_000);
-        let bytes = |threads: usize| -> Vec<u8> {
+        let bytes = |threads: usize, isa: Isa| -> Vec<u8> {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let bvh = pool.install(|| Bvh::build(&world, Isa::detect())).unwrap();
+            let bvh = pool.install(|| Bvh::build(&world, isa)).unwrap();
             let collapse::Owners::Each { lanes, .. } = &bvh.arrays.owners else { panic!("there are two instances") };
             let (nodes, packs) = (bytemuck::cast_slice(&bvh.arrays.nodes), bytemuck::cast_slice(&bvh.arrays.packs));
             [nodes, packs, bytemuck::cast_slice(lanes)].concat()
         };
-        let one = bytes(1);
-        assert!(one == bytes(2) && one == bytes(5));
+        let one = bytes(1, Isa::Portable);
+        assert!(one == bytes(2, Isa::Portable) && one == bytes(5, Isa::Portable));
+        assert!(Isa::available().into_iter().all(|isa| one == bytes(3, isa)));
     }
 
     #[test]
     fn every_triangle_is_in_one_leaf_inside_its_boxes() {
-        let world = scattered(5_000);
+        let world = scattered(50_000);
         let bvh = Bvh::build(&world, Isa::detect()).unwrap();
         let arrays = &bvh.arrays;
-        let mut seen = vec![0; 5_000];
+        let mut seen = vec![0; 50_000];
         let mut pending = vec![(bvh.top.word.unwrap(), bvh.top.bounds)];
         while let Some((word, bounds)) = pending.pop() {
             match node::Child::of(word) {

@@ -53,6 +53,7 @@ impl Node {
     }
 
     /// A node with these children in this order, at most eight: those last in which rays are most likely to hit something.
+    #[inline(always)]
     pub fn new(children: &[(Bounds, u32)]) -> Self {
         let mut node = Self { rows: [[0.0; WIDTH]; 6], children: [0; WIDTH], order: [0; 8] };
         for i in 0..WIDTH {
@@ -63,19 +64,43 @@ impl Node {
             }
             node.children[i] = word;
         }
-        let middles: [[f32; 3]; WIDTH] =
-            std::array::from_fn(|i| children.get(i).map_or([0.0; 3], |(bounds, _)| bounds.middle()));
-        for (octant, word) in node.order.iter_mut().enumerate() {
-            let sign = [0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 });
-            let depths = middles.map(|m| (sign[0] * m[0] + sign[1] * m[1]) + sign[2] * m[2]);
-            for (i, depth) in depths.iter().enumerate() {
-                let farther = depths.iter().filter(|other| *other > depth).count();
-                let equal_before = depths[..i].iter().filter(|other| *other == depth).count();
-                *word |= (i as u32) << (3 * (farther + equal_before));
+        let mut middles = [[0.0; WIDTH]; 3];
+        for (i, (bounds, _)) in children.iter().enumerate().take(WIDTH) {
+            let middle = bounds.middle();
+            for axis in 0..3 {
+                middles[axis][i] = middle[axis];
             }
         }
+        node.order = orders(&middles);
         node
     }
+}
+
+/// Children from far to near for each octant, see [`Node::order`], from their (doubled) middles by axis.
+#[inline(always)]
+fn orders(middles: &[[f32; WIDTH]; 3]) -> [u32; 8] {
+    let mut orders = [0; 8];
+    for (octant, order) in orders.iter_mut().enumerate() {
+        let mut signs = [1.0_f32; 3];
+        for (axis, sign) in signs.iter_mut().enumerate() {
+            *sign = if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
+        }
+        let (mut depths, mut places) = ([0.0; WIDTH], [0_u32; WIDTH]);
+        for i in 0..WIDTH {
+            depths[i] = (signs[0] * middles[0][i] + signs[1] * middles[1][i]) + signs[2] * middles[2][i];
+        }
+        for other in 0..WIDTH {
+            for i in 0..WIDTH {
+                let farther = depths[other] > depths[i];
+                let equal_before = depths[other] == depths[i] && other < i;
+                places[i] += u32::from(farther | equal_before);
+            }
+        }
+        for i in 0..WIDTH {
+            *order |= (i as u32) << (3 * places[i]);
+        }
+    }
+    orders
 }
 
 /// What a child word says.

@@ -73,6 +73,10 @@ pub(crate) trait Simd: Copy {
     /// new length.
     fn cull(self, entries: &mut [f32], words: &mut [u32], len: usize, t: f32) -> usize;
 
+    /// The larger of each pair, or the second where they are equal. Never compiled to a masked store, which the next load would
+    /// have to wait for.
+    fn maxima(self, a: &[f32; 8], b: &[f32; 8]) -> [f32; 8];
+
     /// Asks for so many cache lines, whether there is anything or not.
     fn prefetch_lines<const LINES: usize>(self, start: *const u8);
 }
@@ -171,6 +175,15 @@ impl Simd for Portable {
             kept += usize::from(entries[i] <= t);
         }
         kept
+    }
+
+    #[inline(always)]
+    fn maxima(self, a: &[f32; 8], b: &[f32; 8]) -> [f32; 8] {
+        let mut maxima = *a;
+        for i in 0..8 {
+            maxima[i] = greatest(a[i], b[i]);
+        }
+        maxima
     }
 
     #[cfg(target_arch = "x86_64")]

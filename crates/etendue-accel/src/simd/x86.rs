@@ -88,6 +88,12 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn maxima(self, a: &[f32; 8], b: &[f32; 8]) -> [f32; 8] {
+        // SAFETY: as above.
+        unsafe { maxima(a, b) }
+    }
+
+    #[inline(always)]
     fn prefetch_lines<const LINES: usize>(self, start: *const u8) {
         prefetch::<LINES>(start);
     }
@@ -162,9 +168,27 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn maxima(self, a: &[f32; 8], b: &[f32; 8]) -> [f32; 8] {
+        // SAFETY: as above.
+        unsafe { maxima(a, b) }
+    }
+
+    #[inline(always)]
     fn prefetch_lines<const LINES: usize>(self, start: *const u8) {
         prefetch::<LINES>(start);
     }
+}
+
+/// See [`Simd::maxima`].
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn maxima(a: &[f32; 8], b: &[f32; 8]) -> [f32; 8] {
+    let mut maxima = [0.0; 8];
+    // SAFETY: the arrays hold eight elements, and neither loads nor stores need alignment.
+    unsafe {
+        _mm256_storeu_ps(maxima.as_mut_ptr(), _mm256_max_ps(_mm256_loadu_ps(a.as_ptr()), _mm256_loadu_ps(b.as_ptr())))
+    };
+    maxima
 }
 
 /// Asks for so many cache lines.

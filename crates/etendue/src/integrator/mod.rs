@@ -11,6 +11,7 @@ mod resampling;
 mod shade;
 mod shadow;
 mod splitting;
+mod starts;
 mod views;
 mod volume;
 pub(crate) mod wave;

@@ -2,12 +2,12 @@
 
 use super::{
     Integrator,
-    enclosure::{bodies_about, bodies_along},
     lanes::Groups,
     paths::{Paths, SampleId},
     shade::{self, Strategy},
     shadow::ShadowQueue,
     splitting::Splitting,
+    starts::Starts,
     views,
 };
 use crate::{
@@ -15,10 +15,9 @@ use crate::{
     camera::Camera,
     film::PathSample,
     motion::Shutter,
-    sampling::{FilterSampler, KeyLanes, SampleKey, Sampler, Slot},
+    sampling::{FilterSampler, Sampler},
     scene::{BodyStack, Scene},
 };
-use etendue_accel::{Kernel, PrimitiveId, Ray, run};
 
 /// What all paths of a render share.
 #[derive(Clone)]
@@ -59,35 +58,6 @@ pub(crate) struct Counters {
     pub overflowed: u64,
 }
 
-/// Samples whose paths begin together.
-struct Starts {
-    len: usize,
-    /// Absolute pixel, sample index, and key.
-    samples: [([u32; 2], u32, SampleKey); LANES],
-    keys: KeyLanes<LANES>,
-    /// Where in the pixel's filter, in [0, 1)^2.
-    offsets: [[f32; LANES]; 2],
-}
-
-/// The random numbers of samples.
-struct Draw<'a> {
-    starts: &'a mut Starts,
-    sampler: Sampler,
-}
-
-impl Kernel for Draw<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Starts { len, samples, keys, offsets } = self.starts;
-        for (i, (_, _, key)) in samples[..*len].iter().enumerate() {
-            keys.set(i, *key, 0);
-        }
-        self.sampler.two_d_lanes(keys, *len, Slot::Pixel, offsets);
-    }
-}
-
 /// The buffers of one worker, allocated once.
 pub(crate) struct Wave {
     capacity: usize,
@@ -104,12 +74,7 @@ impl Wave {
             paths: Paths::with_capacity(capacity),
             shadows: ShadowQueue::with_capacity(capacity),
             groups: Groups::new(),
-            starts: Box::new(Starts {
-                len: 0,
-                samples: [Default::default(); LANES],
-                keys: KeyLanes::default(),
-                offsets: [[0.0; LANES]; 2],
-            }),
+            starts: Starts::new(),
         }
     }
 
@@ -140,53 +105,13 @@ impl Wave {
         let before = self.paths.len();
         while self.paths.len() < self.capacity {
             let most = (self.capacity - self.paths.len()).min(LANES);
-            let starts = &mut *self.starts;
-            starts.len = 0;
-            for (pixel, index) in samples.take(most) {
-                starts.samples[starts.len] = (pixel, index, context.sampler.key(context.seed, pixel, index));
-                starts.len += 1;
-            }
-            let (len, is_last) = (starts.len, starts.len < most);
-            run(context.scene.accelerator().isa(), Draw { starts, sampler: context.sampler });
-            for i in 0..len {
-                self.start_path(context, i);
-            }
-            if is_last {
+            let started = self.starts.draw(context, samples, most);
+            self.starts.push(context, &mut self.paths);
+            if started < most {
                 break;
             }
         }
         (self.paths.len() - before) as u64
-    }
-
-    fn start_path(&mut self, context: &Context, i: usize) {
-        let (pixel, index, key) = self.starts.samples[i];
-        let (offset, weight) = context.filter.sample([self.starts.offsets[0][i], self.starts.offsets[1][i]]);
-        let lens = if context.camera.has_lens() { context.sampler.two_d(key, 0, Slot::Lens) } else { [0.5, 0.5] };
-        let time = context.shutter.map_or(0.0, |shutter| shutter.time(context.sampler.one_d(key, 0, Slot::Time)));
-        let [x, y] = pixel.map(|c| c as f32 + 0.5);
-        let view = context.camera.view(time);
-        let camera_ray = context.camera.ray_in(&view, x + offset.x, y + offset.y, lens);
-        let ray = Ray {
-            origin: camera_ray.origin.into(),
-            t_min: 0.0,
-            direction: camera_ray.direction.into(),
-            t_max: f32::INFINITY,
-            time,
-            mask: u32::MAX,
-            skip: PrimitiveId::NONE,
-        };
-        let id = SampleId { key, pixel, index, weight, part: 0 };
-        let cone = view.cone(camera_ray.direction);
-        self.paths.push(ray, cone, id, context.wants_layers, context.wants_direct);
-        if context.has_media() {
-            let start = view.start();
-            let bodies = match context.shutter {
-                None => context.camera_bodies,
-                Some(_) => bodies_about(context.scene, start, time),
-            };
-            let bodies = bodies_along(context.scene, &bodies, start, camera_ray.origin, time);
-            self.paths.push_bodies(bodies);
-        }
     }
 
     fn shade(&mut self, context: &Context) {

@@ -1,5 +1,5 @@
-//! Sampling of emitters: every light by solid angle as seen from the point that gathers (flat ones from afar by area), chosen from a
-//! [`LightTable`].
+//! Sampling of emitters: every light by solid angle as seen from the point that gathers (flat ones from afar by area), or by projected
+//! solid angle where light comes to one side of a surface, chosen from a [`LightTable`].
 //!
 //! Geometry is computed in f64 from f32 records, so that densities are accurate to f32 rounding for lights of any size
 //! at any distance. `sample` and `pdf` share every decision as the same function of (context, light): a direction that
@@ -23,6 +23,8 @@
 //! the plane, by at least `margin`; a sphere is on the other side of its tangent plane.
 
 pub mod atmosphere;
+mod bilinear;
+mod cap;
 mod carried;
 mod circle;
 mod directional;
@@ -51,6 +53,7 @@ pub use point::PointLightSource;
 pub use rectangle::RectangleLight;
 pub(crate) use rectangle::{RectangleFrame, RectangleView};
 pub use sky::{ImageEnvironment, MAX_MAP_TEXELS, RadianceMap, RadianceMapError};
+pub(crate) use sphere::BallView;
 pub use sphere::SphereLight;
 pub use spot::SpotLight;
 pub use sun_sky::SunSky;

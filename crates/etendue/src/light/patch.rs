@@ -1,11 +1,11 @@
 //! Flat lights that are small as seen from the context: points of their area, in proportion to what they bring there.
 //!
 //! An element of area at distance d, seen from the height h over the light's plane and under the cosine c at the context, brings
-//! `c h / d^3`. Over a parallelogram that is not near this is close to the bilinear function with the same values at the corners,
-//! from which points are drawn at little cost (Hart et al., "Practical Product Sampling by Fitting and Composing Warps", 2020).
-//! So what is left to the weight is less than with points that are uniform in solid angle, and takes no angles at all.
+//! `c h / d^3`. Over a parallelogram that is not near this is close to the bilinear function with the same values at the corners
+//! ([`Bilinear`](super::bilinear::Bilinear)). So what is left to the weight is less than with points that are uniform in solid
+//! angle, and takes no angles at all.
 
-use super::{LightContext, between, larger};
+use super::{between, larger};
 use crate::math::{DVec3, Vec3};
 
 /// Least square of the distance from a parallelogram's middle, over that of its diagonal.
@@ -14,10 +14,8 @@ const FAR: f64 = 2.25;
 const VERY_FAR: f64 = 25.0;
 /// Least cosine between the light's normal and the way to the context: below, rounded directions tell distances badly.
 const LEAST_COS: f64 = 0.05;
-/// Least value at a corner, over the greatest: not all that scatters goes with the cosine.
-const LEAST_VALUE: f64 = 0.05;
 
-/// A parallelogram, or with `weights` absent a triangle, and the density of its points.
+/// A parallelogram, or the triangle between its corner and the ends of its edges, as seen from a context.
 #[derive(Clone, Copy)]
 pub(super) struct Patch {
     /// Relative to the context.
@@ -30,29 +28,23 @@ pub(super) struct Patch {
     span: f64,
     /// Of the context over the plane, above 0.
     height: f64,
-    /// Values at the corner, at the ends of `u` and `v`, and at that of both; `None`: a triangle with points that are even.
-    weights: Option<[f64; 4]>,
+}
+
+/// A point of a [`Patch`].
+pub(super) struct PatchPoint {
+    /// Relative to the context.
+    pub offset: DVec3,
+    /// Density per solid angle of points that are even on the parallelogram.
+    pub even: f64,
 }
 
 impl Patch {
     /// A parallelogram `height` below the context, above 0; false where it is too near. Without branches.
     #[inline(always)]
-    pub fn parallelogram(ctx: &LightContext, height: f64, corner: DVec3, u: DVec3, v: DVec3) -> (Self, bool) {
+    pub fn parallelogram(height: f64, corner: DVec3, u: DVec3, v: DVec3) -> (Self, bool) {
         let diagonal = u.length_squared() + v.length_squared() + 2.0 * u.dot(v).abs();
         let middle = corner + (u + v) * 0.5;
-        let (patch, usable) = Self::new(height, corner, u, v, middle, diagonal * FAR);
-        let normal = ctx.normal.as_dvec3();
-        // On both sides or in a medium nothing is known of the cosine.
-        let any = ctx.transmits | (normal.length_squared() == 0.0);
-        let value = |c: DVec3| {
-            let square = c.length_squared();
-            let cos = if any { square.sqrt() } else { larger(c.dot(normal), 0.0) };
-            cos / (square * square)
-        };
-        let [w00, w10, w01, w11] = [value(corner), value(corner + u), value(corner + v), value(corner + u + v)];
-        let least = LEAST_VALUE * larger(larger(w00, w10), larger(w01, w11));
-        let weights = [larger(w00, least), larger(w10, least), larger(w01, least), larger(w11, least)];
-        (Self { weights: Some(weights), ..patch }, usable & (least > 0.0))
+        Self::new(height, corner, u, v, middle, diagonal * FAR)
     }
 
     /// As [`Self::parallelogram`], of the triangle between a corner and the ends of `u` and `v`.
@@ -69,55 +61,30 @@ impl Patch {
         let cross = u.cross(v);
         let span = cross.length();
         let usable = is_far & (span > 0.0) & (span < f64::INFINITY);
-        (Self { corner, u, v, front: cross / span, span, height, weights: None }, usable)
+        (Self { corner, u, v, front: cross / span, span, height }, usable)
     }
 
-    /// The point for `u` in [0, 1)^2, relative to the context, its multiples of the edges, and its density per solid angle.
+    /// The point at these multiples of the edges.
     #[inline(always)]
-    pub fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, [f64; 2], f64) {
-        let at = match self.weights {
-            None => {
-                let root = u.sqrt();
-                [1.0 - root, v * root]
-            }
-            Some([w00, w10, w01, w11]) => {
-                let b = linear(w00 + w10, w01 + w11, v);
-                let mix = |from: f64, to: f64| from + (to - from) * b;
-                [linear(mix(w00, w01), mix(w10, w11), u), b]
-            }
-        };
+    pub fn point(&self, at: [f64; 2]) -> PatchPoint {
         let offset = self.corner + self.u * at[0] + self.v * at[1];
-        (offset, at, self.density(at, offset.length_squared()))
+        PatchPoint { offset, even: self.even(offset.length_squared()) }
     }
 
-    /// Density per solid angle in direction of the unit vector `wi`, which meets the light.
+    /// The point in direction of the unit vector `wi`, which meets the light, as multiples of the edges in [0, 1], and its density
+    /// as in [`PatchPoint`].
     #[inline]
-    pub fn pdf(&self, wi: Vec3) -> f64 {
+    pub fn towards(&self, wi: Vec3) -> ([f64; 2], f64) {
         let wi = wi.as_dvec3();
         let distance = self.height / wi.dot(self.front).abs();
         let on = wi * distance - self.corner;
         let scale = 1.0 / self.span;
         let at = [on.cross(self.v).dot(self.front) * scale, self.u.cross(on).dot(self.front) * scale];
-        let density = self.density([between(at[0], 0.0, 1.0), between(at[1], 0.0, 1.0)], distance * distance);
-        if density.is_finite() { density } else { 0.0 }
+        (at.map(|at| between(at, 0.0, 1.0)), self.even(distance * distance))
     }
 
     #[inline(always)]
-    fn density(&self, [a, b]: [f64; 2], square: f64) -> f64 {
-        let even = square * square.sqrt() / (self.height * self.span);
-        match self.weights {
-            None => 2.0 * even,
-            Some([w00, w10, w01, w11]) => {
-                let own = (w00 * (1.0 - a) + w10 * a) * (1.0 - b) + (w01 * (1.0 - a) + w11 * a) * b;
-                4.0 * own / (w00 + w10 + w01 + w11) * even
-            }
-        }
+    fn even(&self, square: f64) -> f64 {
+        square * square.sqrt() / (self.height * self.span)
     }
-}
-
-/// A number in [0, 1] with a density that goes from `from` to `to`, not both 0.
-#[inline(always)]
-fn linear(from: f64, to: f64, u: f64) -> f64 {
-    let root = larger(from * from + (to * to - from * from) * u, 0.0).sqrt();
-    between(u * (from + to) / (from + root), 0.0, 1.0)
 }

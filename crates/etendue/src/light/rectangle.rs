@@ -2,20 +2,22 @@
 
 use super::{
     Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, between,
+    bilinear::{Bilinear, LEAST_COSINE},
     circle::edge_planes,
     finite_density, larger, margin, max_abs,
     patch::Patch,
     planar::{DrawnPoint, Facing},
-    spherical::SphericalTriangle,
+    spherical::{SphericalTriangle, Warped},
 };
 use crate::{
     math::{DVec3, Vec3, atan2_wide, dvec3, sin_cos_wide},
     spectrum::Spectrum,
 };
+use std::f64::consts::PI;
 
 /// An emissive parallelogram `corner + a u + b v`, a, b in [0, 1], sampled by what its points bring where it is not near
-/// (`Patch`), else uniformly in solid angle: a rectangle by the continuous map of Ureña, Fajardo and King, anything else as two
-/// spherical triangles.
+/// (`Patch`), else by solid angle: a rectangle by the continuous map of Ureña, Fajardo and King, anything else as two spherical
+/// triangles. Where light is gathered on one side of a surface, the cosine at the corners makes it nearly projected solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RectangleLight {
     /// Metres.
@@ -37,11 +39,12 @@ const RIGHT_ANGLE: f64 = 1e-6;
 /// the two triangles, which do not cancel, take over.
 const SMALLEST_RECTANGLE: f64 = 1e-8;
 
-/// The triangles (corner, u, u + v) and (corner, u + v, v), and their corners relative to the context.
+/// The triangles on either side of the diagonal from the corner, and the corners around, relative to the context.
 struct TrianglePair {
     corners: [DVec3; 4],
-    triangles: [SphericalTriangle; 2],
-    solid_angle: f64,
+    triangles: [Warped; 2],
+    /// Integral of the value at their points over solid angle.
+    total: f64,
 }
 
 impl RectangleLight {
@@ -51,12 +54,11 @@ impl RectangleLight {
         let (corner, u, v) = (self.corner.as_dvec3(), self.u.as_dvec3(), self.v.as_dvec3());
         let (relative, cross) = (corner - ctx.point.as_dvec3(), u.cross(v));
         let corners = [relative, relative + u, relative + u + v, relative + v];
-        let triangles = [
-            SphericalTriangle::new([corners[0], corners[1], corners[2]], cross),
-            SphericalTriangle::new([corners[0], corners[2], corners[3]], cross),
-        ];
-        let solid_angle = triangles[0].solid_angle + triangles[1].solid_angle;
-        TrianglePair { corners, triangles, solid_angle }
+        let [p, q, r, s] = corners;
+        // The diagonal is the same edge of both, along which both have the same values.
+        let triangles = [[p, q, r], [p, s, r]].map(|c| SphericalTriangle::new(c, cross).warped(ctx));
+        let total = triangles[0].total() + triangles[1].total();
+        TrianglePair { corners, triangles, total }
     }
 }
 
@@ -80,7 +82,7 @@ impl Emitter for RectangleLight {
 
     fn etendue(&self, _scene_radius: f64) -> f64 {
         let area = self.u.as_dvec3().cross(self.v.as_dvec3()).length();
-        std::f64::consts::PI * area * if self.two_sided { 2.0 } else { 1.0 }
+        PI * area * if self.two_sided { 2.0 } else { 1.0 }
     }
 
     #[inline]
@@ -93,21 +95,21 @@ impl Emitter for RectangleLight {
         let drawn = if view.has_map() {
             frame.sample(&view, u)
         } else {
-            let pair = self.pair(ctx);
-            let (offset, at) = pair.sample(u.map(f64::from));
-            view.draw(offset, at, 1.0 / pair.solid_angle)
+            let (offset, at, density) = self.pair(ctx).sample(u.map(f64::from));
+            view.draw(offset, at, density)
         };
         drawn.sample(self.radiance)
     }
 
     #[inline]
     fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
-        let view = RectangleFrame::of(self).view(ctx);
+        let frame = RectangleFrame::of(self);
+        let view = frame.view(ctx);
         let density = match view {
             _ if !view.is_seen => return 0.0,
-            _ if view.is_patch => view.patch.pdf(wi),
-            _ if view.is_mapped => 1.0 / view.solid_angle,
-            _ => 1.0 / self.pair(ctx).solid_angle,
+            _ if view.is_patch => view.patch_pdf(wi),
+            _ if view.is_mapped => view.weights.density(view.locate(frame.to_local(wi))) / view.solid_angle,
+            _ => self.pair(ctx).pdf(wi),
         };
         finite_density(density).unwrap_or(0.0)
     }
@@ -128,21 +130,30 @@ impl Emitter for RectangleLight {
 }
 
 impl TrianglePair {
-    /// The point and its multiples of the edges. The first number chooses the triangle in proportion to its solid angle
-    /// and is stretched for use inside it.
+    /// The point, its multiples of the edges, and its density. The first number chooses the triangle and is stretched for use inside
+    /// it.
     #[inline]
-    fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, [f64; 2]) {
+    fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, [f64; 2], f64) {
         let [first, second] = &self.triangles;
         let [p, q, r, s] = self.corners;
-        let reached = u * self.solid_angle;
-        if reached < first.solid_angle {
-            let w = first.sample([reached / first.solid_angle, v]);
-            (w[0] * p + w[1] * q + w[2] * r, [w[1] + w[2], w[2]])
+        let reached = u * self.total;
+        if reached < first.total() {
+            let (w, value) = first.sample([reached / first.total(), v]);
+            (w[0] * p + w[1] * q + w[2] * r, [w[1] + w[2], w[2]], value / self.total)
         } else {
-            let rest = ((reached - first.solid_angle) / second.solid_angle).clamp(0.0, 1.0);
-            let w = second.sample([rest, v]);
-            (w[0] * p + w[1] * r + w[2] * s, [w[1], w[1] + w[2]])
+            let rest = ((reached - first.total()) / second.total()).clamp(0.0, 1.0);
+            let (w, value) = second.sample([rest, v]);
+            (w[0] * p + w[1] * s + w[2] * r, [w[2], w[1] + w[2]], value / self.total)
         }
+    }
+
+    /// Density per solid angle in direction of the unit vector `wi`, which meets one of the triangles.
+    fn pdf(&self, wi: Vec3) -> f64 {
+        let wi = wi.as_dvec3();
+        let [p, q, r, _] = self.corners;
+        let diagonal = p.cross(r);
+        let is_first = diagonal.dot(wi) * diagonal.dot(q) >= 0.0;
+        self.triangles[usize::from(!is_first)].value(wi) / self.total
     }
 }
 
@@ -181,6 +192,8 @@ pub(crate) struct RectangleFrame {
 pub(crate) struct RectangleView {
     point: DVec3,
     patch: Patch,
+    /// What the corners bring.
+    weights: Bilinear,
     /// True if the light is far enough to be sampled as a patch.
     is_patch: bool,
     /// The edges' coordinates in the rectangle's frame, relative to the point.
@@ -251,17 +264,17 @@ impl RectangleFrame {
         let (x1, y1) = (x0 + self.width, y0 + self.height);
         let farthest = (self.high - point).abs().max((point - self.low).abs());
         let margin = margin(larger(max_abs(point), self.largest), max_abs(farthest));
-        // Numbers whose angle counts, of any length; where a product leaves the range of f64, the angle is no number or 0.
-        let corner_angle = |x: f64, y: f64| [z.abs() * (x * x + y * y + z * z).sqrt(), x * y];
-        let phi0 = divide(corner_angle(x0, y1), corner_angle(x0, y0));
-        let phi1 = divide(corner_angle(x1, y1), corner_angle(x1, y0));
+        let phi0 = divide(corner_angle(x0, y1, z), corner_angle(x0, y0, z));
+        let phi1 = divide(corner_angle(x1, y1, z), corner_angle(x1, y0, z));
         let [re, im] = divide(phi1, phi0);
         let angle = atan2_wide(im, re);
-        let solid_angle = if angle < 0.0 { angle + 2.0 * std::f64::consts::PI } else { angle };
-        let (patch, is_patch) = Patch::parallelogram(ctx, z.abs(), relative, self.u, self.v);
+        let solid_angle = if angle < 0.0 { angle + 2.0 * PI } else { angle };
+        let (patch, is_far) = Patch::parallelogram(z.abs(), relative, self.u, self.v);
+        let (weights, is_patch) = Corners { corner: relative, u: self.u, v: self.v }.weights(ctx, is_far);
         RectangleView {
             point,
             patch,
+            weights,
             is_patch,
             x: [x0, x1],
             y: [y0, y1],
@@ -274,16 +287,23 @@ impl RectangleFrame {
         }
     }
 
+    /// The coordinates of a direction along the edges and the normal.
+    #[inline]
+    fn to_local(&self, wi: Vec3) -> DVec3 {
+        let wi = wi.as_dvec3();
+        dvec3(wi.dot(self.x_axis), wi.dot(self.y_axis), wi.dot(self.z_axis))
+    }
+
     /// The point for `u` in [0, 1)^2, as a patch or by the map.
     #[inline(always)]
     pub fn sample(&self, view: &RectangleView, u: [f32; 2]) -> DrawnPoint {
-        let u = [f64::from(u[0]), f64::from(u[1])];
-        let (far, far_at, far_density) = view.patch.sample(u);
+        let u = view.weights.sample([f64::from(u[0]), f64::from(u[1])]);
+        let far = view.patch.point(u);
         let (near, near_at) = self.sample_map(view, u);
         let pick = |far: f64, near: f64| if view.is_patch { far } else { near };
-        let offset = dvec3(pick(far.x, near.x), pick(far.y, near.y), pick(far.z, near.z));
-        let at = [pick(far_at[0], near_at[0]), pick(far_at[1], near_at[1])];
-        view.draw(offset, at, pick(far_density, 1.0 / view.solid_angle))
+        let offset = dvec3(pick(far.offset.x, near.x), pick(far.offset.y, near.y), pick(far.offset.z, near.z));
+        let at = [pick(u[0], near_at[0]), pick(u[1], near_at[1])];
+        view.draw(offset, at, view.weights.density(u) * pick(far.even, 1.0 / view.solid_angle))
     }
 
     /// The point that is uniform in solid angle for uniform `u` in [0, 1)^2, and its multiples of the edges.
@@ -321,6 +341,30 @@ impl RectangleView {
         self.is_patch | self.is_mapped
     }
 
+    /// Density of a patch per solid angle in direction of the unit vector `wi`, which meets the light.
+    #[inline]
+    fn patch_pdf(&self, wi: Vec3) -> f64 {
+        let (at, even) = self.patch.towards(wi);
+        let density = self.weights.density(at) * even;
+        if density.is_finite() { density } else { 0.0 }
+    }
+
+    /// The numbers for which [`RectangleFrame::sample_map`] goes towards `wi`, in the rectangle's frame, which meets the light.
+    fn locate(&self, wi: DVec3) -> [f64; 2] {
+        let ([x0, x1], [y0, y1], z) = (self.x, self.y, self.z);
+        let (x, y) = (between(wi.x * z / wi.z, x0, x1), between(wi.y * z / wi.z, y0, y1));
+        let phi = divide(corner_angle(x, y1, z), corner_angle(x, y0, z));
+        let [re, im] = divide(phi, self.phi0);
+        let angle = atan2_wide(im, re);
+        // Below 0 by rounding, or beyond a half turn.
+        let turned = angle + 2.0 * PI;
+        let angle = if angle < 0.0 && turned - self.solid_angle < -angle { turned } else { angle };
+        let squared = x * x + z * z;
+        let sine_of = |y: f64| y / (squared + y * y).sqrt();
+        let (h0, h1) = (sine_of(y0), sine_of(y1));
+        [between(angle / self.solid_angle, 0.0, 1.0), between((sine_of(y) - h0) / (h1 - h0), 0.0, 1.0)]
+    }
+
     /// The point at `offset` from the context, `at` these multiples of the edges.
     #[inline(always)]
     fn draw(&self, offset: DVec3, at: [f64; 2], density: f64) -> DrawnPoint {
@@ -332,4 +376,42 @@ impl RectangleView {
 #[inline(always)]
 fn divide([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c + b * d, b * c - a * d]
+}
+
+/// A complex number, of any length, whose angle is A(x, y) in the words of [`RectangleFrame`]; where a product leaves the range of
+/// f64, the angle is no number or 0.
+#[inline(always)]
+fn corner_angle(x: f64, y: f64, z: f64) -> [f64; 2] {
+    [z.abs() * (x * x + y * y + z * z).sqrt(), x * y]
+}
+
+/// A parallelogram relative to a context.
+struct Corners {
+    corner: DVec3,
+    u: DVec3,
+    v: DVec3,
+}
+
+impl Corners {
+    /// What the corners bring, per area if the light `is_far` and any corner is above the horizon, which is true then; else per
+    /// solid angle.
+    #[inline(always)]
+    fn weights(&self, ctx: &LightContext, is_far: bool) -> (Bilinear, bool) {
+        let normal = ctx.normal.as_dvec3();
+        // On both sides or in a medium nothing is known of the cosine.
+        let any = ctx.transmits | (normal.length_squared() == 0.0);
+        let measure = |c: DVec3| {
+            let square = c.length_squared();
+            let length = square.sqrt();
+            (if any { length } else { larger(c.dot(normal), 0.0) }, square, length)
+        };
+        let (c00, s00, l00) = measure(self.corner);
+        let (c10, s10, l10) = measure(self.corner + self.u);
+        let (c01, s01, l01) = measure(self.corner + self.v);
+        let (c11, s11, l11) = measure(self.corner + self.u + self.v);
+        let is_patch = is_far & (larger(larger(c00, c10), larger(c01, c11)) > 0.0);
+        let value = |c: f64, s: f64, l: f64| c / if is_patch { s * s } else { l };
+        let values = [value(c00, s00, l00), value(c10, s10, l10), value(c01, s01, l01), value(c11, s11, l11)];
+        (Bilinear::new(values, if is_patch { 0.0 } else { LEAST_COSINE }), is_patch)
+    }
 }

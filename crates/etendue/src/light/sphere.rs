@@ -1,7 +1,8 @@
 //! Emissive spheres and ellipsoids.
 
 use super::{
-    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, environment, finite_density, margin, max_abs,
+    Arcs, Emitter, LightCircle, LightContext, LightSample, Reached, cap::ProjectedCap, environment, finite_density,
+    larger, margin, max_abs, planar::DrawnPoint,
 };
 use crate::{
     bsdf::Density,
@@ -11,8 +12,9 @@ use crate::{
 use std::f64::consts::PI;
 
 /// An emissive ellipsoid: the image of the unit sphere under an affine map. From outside its visible cone is sampled
-/// uniformly in the space where it is a unit sphere (so uniformly in solid angle where the map is a similarity); from
-/// inside, if it emits inward, directions are drawn as for an environment.
+/// uniformly in the space where it is a unit sphere (so uniformly in solid angle where the map is a similarity), that of a sphere by
+/// projected solid angle where light is gathered on one side of a surface; from inside, if it emits inward, directions are drawn as
+/// for an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereLight {
     /// Metres.
@@ -143,12 +145,13 @@ impl SphereLight {
         view.side != Side::Outside || view.is_near(direction, distance)
     }
 
-    /// True for the image of a sphere under a similarity, within the rounding of its axes.
-    fn is_round(&self) -> bool {
+    /// Of the image of a sphere under a similarity, within the rounding of its axes.
+    #[inline]
+    pub(crate) fn radius(&self) -> Option<f32> {
         let [x, y, z] = self.axes.map(|a| a.as_dvec3());
         let squared = (x.length_squared() + y.length_squared() + z.length_squared()) / 3.0;
         let off = [x.dot(y), y.dot(z), z.dot(x), x.length_squared() - squared, y.length_squared() - squared];
-        off.iter().all(|off| off.abs() <= 1e-6 * squared)
+        off.iter().all(|off| off.abs() <= 1e-6 * squared).then_some(squared.sqrt() as f32)
     }
 
     /// From a point inside along the unit vector `direction` of the sphere's space: where it meets the far side.
@@ -170,6 +173,14 @@ impl SphereLight {
         let root = (1.0 - missed).max(0.0).sqrt();
         let length = (view.distance - 1.0) * (view.distance + 1.0) / (along + root);
         (view.point + direction * length).normalize()
+    }
+
+    /// The light as a ball, where it is one and projected solid angle serves.
+    #[inline]
+    fn ball(&self, ctx: &LightContext) -> Option<BallView> {
+        let radius = self.radius()?;
+        let view = BallView::new(self.center, radius, ctx);
+        (view.is_usable && !ctx.transmits).then_some(view)
     }
 
     #[inline]
@@ -206,6 +217,78 @@ impl SphereLight {
     }
 }
 
+/// A sphere as seen from outside, by projected solid angle. Its functions have no branches but for spheres whose middle is below the
+/// horizon, so that loops over many become vector code.
+#[derive(Clone, Copy)]
+pub(crate) struct BallView {
+    cap: ProjectedCap,
+    center: DVec3,
+    radius: f64,
+    /// From the centre to the context, over the radius, and its length.
+    point: DVec3,
+    distance: f64,
+    margin: f64,
+    /// True if the context is outside and projected solid angle serves; else nothing is known of the light.
+    pub is_usable: bool,
+}
+
+impl BallView {
+    /// For contexts that do not transmit.
+    #[inline(always)]
+    pub fn new(center: Vec3, radius: f32, ctx: &LightContext) -> Self {
+        let (center, world, radius) = (center.as_dvec3(), ctx.point.as_dvec3(), f64::from(radius));
+        let apart = world - center;
+        let point = apart / radius;
+        let distance = point.length();
+        let extent = 3.0 * radius;
+        let margin = margin(larger(max_abs(world), max_abs(center) + extent), max_abs(apart) + extent);
+        let normal = ctx.normal.as_dvec3();
+        let length = normal.length();
+        let (cap, serves) = ProjectedCap::look(-point / distance, 1.0 / distance, normal / length);
+        let is_usable = serves & ((distance - 1.0) * radius > margin) & (length > 0.0) & (radius > 0.0);
+        Self { cap, center, radius, point, distance, margin, is_usable }
+    }
+
+    /// True if [`Self::sample_up`] is enough.
+    #[inline(always)]
+    pub fn is_up(&self) -> bool {
+        self.cap.is_up
+    }
+
+    /// The point for `u` in [0, 1)^2. Only if the middle is above the horizon.
+    #[inline(always)]
+    pub fn sample_up(&self, u: [f32; 2]) -> DrawnPoint {
+        self.towards(self.cap.sample_up([f64::from(u[0]), f64::from(u[1])]))
+    }
+
+    fn sample(&self, u: [f32; 2]) -> DrawnPoint {
+        self.towards(self.cap.sample(u.map(f64::from)))
+    }
+
+    /// The near side. A ray that just misses the sphere meets where it passes closest.
+    #[inline(always)]
+    fn towards(&self, wi: DVec3) -> DrawnPoint {
+        let along = -self.point.dot(wi);
+        let missed = (self.point + wi * along).length_squared();
+        let length = (self.distance - 1.0) * (self.distance + 1.0) / (along + larger(1.0 - missed, 0.0).sqrt());
+        let surface = self.point + wi * length;
+        let surface = surface / surface.length();
+        let target = (self.center + surface * (self.radius + self.margin)).as_vec3();
+        // The density is that of the direction as it is rounded.
+        let density = self.cap.density(wi.as_vec3().as_dvec3());
+        DrawnPoint::new(wi, target, [0.0; 2], density)
+    }
+
+    fn is_near(&self, wi: Vec3, distance: f32) -> bool {
+        let wi = wi.as_dvec3();
+        (self.point * self.radius + wi * f64::from(distance)).dot(wi) <= 0.0
+    }
+
+    fn pdf(&self, wi: Vec3) -> f32 {
+        finite_density(self.cap.density(wi.as_dvec3())).unwrap_or(0.0)
+    }
+}
+
 impl Emitter for SphereLight {
     #[inline]
     fn radiance(&self) -> Spectrum {
@@ -228,6 +311,9 @@ impl Emitter for SphereLight {
 
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
+        if let Some(ball) = self.ball(ctx) {
+            return ball.sample(u).sample(self.radiance);
+        }
         let view = self.view(ctx)?;
         match view.side {
             Side::Outside => self.sample_outside(&view, u),
@@ -240,6 +326,9 @@ impl Emitter for SphereLight {
     /// length^3 / 3 times the solid angle). In terms of the world's unit vector, |A d| = 1 / |A^-1 wi|.
     #[inline]
     fn pdf(&self, ctx: &LightContext, wi: Vec3, distance: f32) -> f32 {
+        if let Some(ball) = self.ball(ctx) {
+            return if ball.is_near(wi, distance) { ball.pdf(wi) } else { 0.0 };
+        }
         let Some(view) = self.view(ctx) else { return 0.0 };
         if view.side != Side::Outside {
             return environment::direction_pdf(ctx, wi);
@@ -257,7 +346,7 @@ impl Emitter for SphereLight {
     fn arcs(&self, circle: &LightCircle) -> Arcs {
         match self.view(&circle.context()) {
             Some(view) if view.side == Side::Inside => Arcs::half(),
-            Some(view) if view.side == Side::Outside && self.is_round() => {
+            Some(view) if view.side == Side::Outside && self.radius().is_some() => {
                 let axis = (self.center.as_dvec3() - circle.point.as_dvec3()).normalize();
                 circle.arcs_of_cone(axis, Cone::new(view.distance).versine)
             }

@@ -1,6 +1,10 @@
-//! Spherical triangles: solid angle, and uniform sampling.
+//! Spherical triangles: solid angle, and sampling, uniform or nearly by projected solid angle.
 
-use super::larger;
+use super::{
+    LightContext, between,
+    bilinear::{Bilinear, LEAST_COSINE},
+    larger,
+};
 use crate::math::{DVec3, atan2_wide, sin_cos_wide};
 
 /// A triangle seen from the origin, with its solid angle.
@@ -71,5 +75,64 @@ impl SphericalTriangle {
         ];
         let sum = weights[0] + weights[1] + weights[2];
         [weights[0] / sum, weights[1] / sum, weights[2] / sum]
+    }
+    /// The numbers for which [`Self::sample`] goes towards the unit vector `wi`, which is inside.
+    fn locate(&self, wi: DVec3) -> [f64; 2] {
+        let [a, b, c] = self.directions;
+        // Where the arc from b through wi meets edge ac.
+        let across = b.cross(wi);
+        let e = (a * across.dot(c) - c * across.dot(a)).normalize_or(a);
+        let e = if e.dot(a + c) < 0.0 { -e } else { e };
+        // h = a + e = x a + y c.
+        let y = (e.cross(a).length() / c.cross(a).length()).min(f64::MAX);
+        let x = 1.0 + e.dot(a) - y * a.dot(c);
+        let angle = 2.0 * atan2_wide(y * self.g0, x * self.g2 + y * self.g1);
+        [
+            between(angle / self.solid_angle, 0.0, 1.0),
+            between((b - wi).length_squared() / (b - e).length_squared(), 0.0, 1.0),
+        ]
+    }
+
+    /// With the cosines at the context as values at the vertices.
+    #[inline(always)]
+    pub(super) fn warped(self, ctx: &LightContext) -> Warped {
+        let normal = ctx.normal.as_dvec3();
+        // On both sides or in a medium nothing is known of the cosine.
+        let any = ctx.transmits | (normal.length_squared() == 0.0) | (self.solid_angle < LEAST_WARPED);
+        let cosine = |d: DVec3| if any { 1.0 } else { larger(d.dot(normal), 0.0) };
+        let [a, b, c] = self.directions;
+        let (a, b, c) = (cosine(a), cosine(b), cosine(c));
+        Warped { triangle: self, weights: Bilinear::new([b, b, a, c], LEAST_COSINE) }
+    }
+}
+
+/// Below this solid angle (steradians) points are even: in slivers a direction in f32 does not tell the numbers that lead to it.
+const LEAST_WARPED: f64 = 2e-3;
+
+/// A triangle that is sampled by what its points bring: nearly by projected solid angle.
+#[derive(Clone, Copy)]
+pub(super) struct Warped {
+    triangle: SphericalTriangle,
+    /// At the second vertex, twice, at the first and at the third.
+    weights: Bilinear,
+}
+
+impl Warped {
+    /// Integral of the value over solid angle.
+    #[inline(always)]
+    pub(super) fn total(&self) -> f64 {
+        self.weights.mean() * self.triangle.solid_angle
+    }
+
+    /// Barycentric weights of a vertex each, and the value: [`Self::total`] times the density.
+    #[inline(always)]
+    pub(super) fn sample(&self, u: [f64; 2]) -> ([f64; 3], f64) {
+        let u = self.weights.sample(u);
+        (self.triangle.sample(u), self.weights.value(u))
+    }
+
+    /// The value in direction of the unit vector `wi`, which is inside.
+    pub(super) fn value(&self, wi: DVec3) -> f64 {
+        self.weights.value(self.triangle.locate(wi))
     }
 }

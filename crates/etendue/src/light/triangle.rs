@@ -6,14 +6,15 @@ use super::{
     finite_density,
     patch::Patch,
     planar::{DrawnPoint, Facing},
-    spherical::SphericalTriangle,
+    spherical::{SphericalTriangle, Warped},
 };
 use crate::{
     math::{DVec3, Vec3, vec3},
     spectrum::Spectrum,
 };
 
-/// An emissive triangle, sampled uniformly in solid angle, or from afar, where that is nearly the same, by area.
+/// An emissive triangle, sampled by solid angle, nearly by projected solid angle where light is gathered on one side of a surface, or
+/// from afar, where that is nearly the same, by area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleLight {
     /// Metres; the front is where they turn counter-clockwise.
@@ -53,8 +54,8 @@ impl TriangleView {
 
     /// The point for `u` in [0, 1)^2, both ways and then one of them.
     #[inline(always)]
-    pub fn sample(&self, u: [f32; 2]) -> DrawnPoint {
-        let (far, near) = (self.sample_patch(u), self.sample_sphere(u));
+    pub fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> DrawnPoint {
+        let (far, near) = (self.sample_patch(u), self.sample_sphere(ctx, u));
         let pick = |far: f32, near: f32| if self.is_patch { far } else { near };
         let pick3 = |far: Vec3, near: Vec3| vec3(pick(far.x, near.x), pick(far.y, near.y), pick(far.z, near.z));
         DrawnPoint {
@@ -68,20 +69,33 @@ impl TriangleView {
 
     #[inline(always)]
     fn sample_patch(&self, u: [f32; 2]) -> DrawnPoint {
-        let (offset, at, density) = self.patch.sample([f64::from(u[0]), f64::from(u[1])]);
-        self.facing.draw(offset, at, density)
+        let root = f64::from(u[0]).sqrt();
+        let at = [1.0 - root, f64::from(u[1]) * root];
+        let point = self.patch.point(at);
+        self.facing.draw(point.offset, at, 2.0 * point.even)
     }
 
     #[inline(always)]
-    fn sample_sphere(&self, u: [f32; 2]) -> DrawnPoint {
-        let (triangle, [a, b, c]) = (self.spherical(), self.relative);
-        let w = triangle.sample([f64::from(u[0]), f64::from(u[1])]);
-        self.facing.draw(w[0] * a + w[1] * b + w[2] * c, [w[1], w[2]], 1.0 / triangle.solid_angle)
+    fn sample_sphere(&self, ctx: &LightContext, u: [f32; 2]) -> DrawnPoint {
+        let (triangle, [a, b, c]) = (self.spherical(ctx), self.relative);
+        let (w, value) = triangle.sample([f64::from(u[0]), f64::from(u[1])]);
+        self.facing.draw(w[0] * a + w[1] * b + w[2] * c, [w[1], w[2]], value / triangle.total())
     }
 
     #[inline(always)]
-    fn spherical(&self) -> SphericalTriangle {
-        SphericalTriangle::new(self.relative, self.cross)
+    fn spherical(&self, ctx: &LightContext) -> Warped {
+        SphericalTriangle::new(self.relative, self.cross).warped(ctx)
+    }
+
+    /// Density per solid angle in direction of the unit vector `wi`, which meets the light.
+    #[inline]
+    fn pdf(&self, ctx: &LightContext, wi: Vec3) -> f64 {
+        if self.is_patch {
+            let (_, even) = self.patch.towards(wi);
+            return if even.is_finite() { 2.0 * even } else { 0.0 };
+        }
+        let triangle = self.spherical(ctx);
+        triangle.value(wi.as_dvec3()) / triangle.total()
     }
 }
 
@@ -124,15 +138,14 @@ impl Emitter for TriangleLight {
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
         let view = self.view(ctx)?;
-        let drawn = if view.is_patch { view.sample_patch(u) } else { view.sample_sphere(u) };
+        let drawn = if view.is_patch { view.sample_patch(u) } else { view.sample_sphere(ctx, u) };
         drawn.sample(self.radiance)
     }
 
     #[inline]
     fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
         let Some(view) = self.view(ctx) else { return 0.0 };
-        let density = if view.is_patch { view.patch.pdf(wi) } else { 1.0 / view.spherical().solid_angle };
-        finite_density(density).unwrap_or(0.0)
+        finite_density(view.pdf(ctx, wi)).unwrap_or(0.0)
     }
 
     fn arcs(&self, circle: &LightCircle) -> Arcs {

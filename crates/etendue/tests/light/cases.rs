@@ -118,21 +118,21 @@ const ABOUT_ROUND: [[f64; 3]; 8] = [
     [-0.22, 0.05, 0.06],
 ];
 
-/// How a context gathers: on one side, on both, in a medium.
-fn gathers() -> [(Vec3, bool); 3] {
+/// How a context gathers: on one side, on both, in a medium, and on a side whose horizon cuts many lights.
+fn gathers() -> [(Vec3, bool); 4] {
     let normal = Vec3::new(0.48, -0.6, -0.64);
-    [(normal, false), (normal, true), (Vec3::ZERO, false)]
+    [(normal, false), (normal, true), (Vec3::ZERO, false), (Vec3::new(0.6, 0.64, 0.48), false)]
 }
 
 /// All pairs of a light and a context, the light with surface.
 pub fn with_surface() -> Vec<Case> {
     let mut cases = Vec::new();
-    for at in placements() {
+    for (turn, at) in placements().into_iter().enumerate() {
         let flat = flat(&at).into_iter().map(|l| (l, &BEFORE_FLAT[..]));
         let round = round(&at).into_iter().map(|l| (l, &ABOUT_ROUND[..]));
         for ((name, light), points) in flat.chain(round) {
             for (i, &[x, y, z]) in points.iter().enumerate() {
-                let (normal, transmits) = gathers()[i % 3];
+                let (normal, transmits) = gathers()[(i + turn) % 4];
                 let ctx = LightContext { point: at.point(dvec3(x, y, z)), normal, transmits, time: 0.0 };
                 let name = format!("{name} from ({x}, {y}, {z}), {}", at.name);
                 cases.push(Case { name, light: light.clone(), ctx });

@@ -2,7 +2,7 @@
 
 use super::{
     SurfaceVertex,
-    lights::{FlatLights, LightSamples},
+    lights::{LightSamples, ShapedLights},
     numbers::{Numbers, Vectors},
     resampled::{Keep, Kept, TakeKept},
     stages::{Draw, DrawLights, Gather, Place, Scatter},
@@ -101,7 +101,7 @@ pub(super) struct Lanes {
     pub numbers: [Numbers; MOST_NUMBERS],
     pub drawn: Drawn,
     pub lights: LightSamples,
-    pub flat_lights: FlatLights,
+    pub shaped_lights: ShapedLights,
     pub kept: Kept,
     pub onward: Onward,
 }
@@ -145,7 +145,7 @@ impl Lanes {
                 roulette: numbers,
             },
             lights: LightSamples::NONE,
-            flat_lights: FlatLights::NONE,
+            shaped_lights: ShapedLights::NONE,
             kept: Kept::NONE,
             onward: Onward {
                 origin: vectors,

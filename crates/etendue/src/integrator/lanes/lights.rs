@@ -8,7 +8,8 @@ use crate::{
     bsdf::{Density, LANES},
     integrator::wave::Context,
     light::{
-        DrawnPoint, Light, LightSample, LightTable, RectangleFrame, RectangleView, Selected, TriangleView, sample_above,
+        BallView, DrawnPoint, Light, LightSample, LightTable, RectangleFrame, RectangleView, Selected, TriangleView,
+        sample_above,
     },
     math::{Vec3, vec3},
     spectrum::Spectrum,
@@ -66,16 +67,16 @@ impl LightSamples {
     };
 }
 
-/// Flat lights that lanes have chosen, each its own.
-pub(super) struct FlatLights {
-    /// The corners of a triangle; the corner and the edges of a rectangle.
+/// Lights of a shape that lanes have chosen, each its own.
+pub(super) struct ShapedLights {
+    /// The corners of a triangle; the corner and the edges of a rectangle; the centre of a sphere, and its radius as x.
     shape: [Vectors; 3],
     /// A [`Kind`].
     kind: [u32; LANES],
     two_sided: [u32; LANES],
 }
 
-impl FlatLights {
+impl ShapedLights {
     pub const NONE: Self = Self { shape: [Vectors::ZERO; 3], kind: [Kind::Other as u32; LANES], two_sided: [0; LANES] };
 }
 
@@ -86,6 +87,7 @@ enum Kind {
     Other,
     Triangle,
     Rectangle,
+    Sphere,
     Sky,
 }
 
@@ -106,10 +108,10 @@ impl Lanes {
 
     pub fn sample_lights(&mut self, context: &Context) {
         let isa = context.scene.accelerator().isa();
-        let [triangles, rectangles, skies] = self.look_at_lights(context);
+        let [triangles, rectangles, spheres, skies] = self.look_at_lights(context);
         // Where only few want it, vector code costs more than it saves.
         let pays = |count: usize| count * 8 >= self.len;
-        let [triangles, rectangles, skies] = [pays(triangles), pays(rectangles), pays(skies)];
+        let [triangles, rectangles, spheres, skies] = [pays(triangles), pays(rectangles), pays(spheres), pays(skies)];
         if triangles {
             run(isa, Triangles { lanes: self });
         }
@@ -118,6 +120,9 @@ impl Lanes {
                 Some(frame) => run(isa, Rectangle { lanes: self, frame }),
                 None => run(isa, Rectangles { lanes: self }),
             }
+        }
+        if spheres {
+            run(isa, Spheres { lanes: self });
         }
         if skies {
             run(isa, Sky { lanes: self });
@@ -130,11 +135,11 @@ impl Lanes {
         }
     }
 
-    /// Fetches what is to be known of the chosen lights; how many are triangles, rectangles, and the sky.
-    fn look_at_lights(&mut self, context: &Context) -> [usize; 3] {
-        let mut counts = [0; 4];
+    /// Fetches what is to be known of the chosen lights; how many are triangles, rectangles, spheres, and the sky.
+    fn look_at_lights(&mut self, context: &Context) -> [usize; 4] {
+        let mut counts = [0; 5];
         let (n, transmits) = (self.len, self.transmits);
-        let Self { lights, flat_lights: to, .. } = self;
+        let Self { lights, shaped_lights: to, .. } = self;
         let sole = context.scene.lights().sole(transmits).and_then(|sole| context.scene.uniform_light(sole.index));
         if let Some(Light::Rectangle(light)) = sole
             && context.scene.uniform_rectangle(lights.index[0]).is_some()
@@ -142,7 +147,7 @@ impl Lanes {
             // Its shape is known already.
             to.kind[..n].fill(Kind::Rectangle as u32);
             (0..n).for_each(|i| lights.radiance.set_spectrum(i, light.radiance));
-            return [0, n, 0];
+            return [0, n, 0, 0];
         }
         for i in 0..n {
             let light = context.scene.uniform_light(lights.index[i]);
@@ -162,6 +167,10 @@ impl Lanes {
                     set([light.corner, light.u, light.v], light.two_sided, light.radiance);
                     Kind::Rectangle
                 }
+                Some(Light::Sphere(light)) if !transmits && let Some(radius) = light.radius() => {
+                    set([light.center, vec3(radius, 0.0, 0.0), Vec3::ZERO], light.two_sided, light.radiance);
+                    Kind::Sphere
+                }
                 Some(Light::Environment(light)) if !transmits => {
                     lights.radiance.set_spectrum(i, light.radiance);
                     Kind::Sky
@@ -171,12 +180,12 @@ impl Lanes {
             to.kind[i] = kind as u32;
             counts[kind as usize] += 1;
         }
-        [counts[Kind::Triangle as usize], counts[Kind::Rectangle as usize], counts[Kind::Sky as usize]]
+        [Kind::Triangle, Kind::Rectangle, Kind::Sphere, Kind::Sky].map(|kind| counts[kind as usize])
     }
 
     /// The rectangle that all lanes with rectangles have chosen, if it is one.
     fn shared_rectangle<'a>(&self, context: &Context<'a>) -> Option<&'a RectangleFrame> {
-        let mut chosen = (0..self.len).filter(|i| self.flat_lights.kind[*i] == Kind::Rectangle as u32);
+        let mut chosen = (0..self.len).filter(|i| self.shaped_lights.kind[*i] == Kind::Rectangle as u32);
         let first = self.lights.index[chosen.next()?];
         let is_shared = chosen.all(|i| self.lights.index[i] == first);
         context.scene.uniform_rectangle(first).filter(|_| is_shared)
@@ -251,13 +260,14 @@ impl Kernel for Triangles<'_> {
     #[inline(always)]
     fn run(self) {
         let (n, transmits) = (self.lanes.whole(), self.lanes.transmits);
-        let Lanes { lights, flat_lights, vertices, drawn, .. } = self.lanes;
+        let Lanes { lights, shaped_lights, vertices, drawn, .. } = self.lanes;
         for i in 0..n {
-            let shape = [flat_lights.shape[0].get(i), flat_lights.shape[1].get(i), flat_lights.shape[2].get(i)];
-            let view = TriangleView::new(shape, flat_lights.two_sided[i] != 0, &vertices.light_context(i, transmits));
-            let point = view.sample([drawn.place[0][i], drawn.place[1][i]]);
+            let shape = [shaped_lights.shape[0].get(i), shaped_lights.shape[1].get(i), shaped_lights.shape[2].get(i)];
+            let ctx = vertices.light_context(i, transmits);
+            let view = TriangleView::new(shape, shaped_lights.two_sided[i] != 0, &ctx);
+            let point = view.sample(&ctx, [drawn.place[0][i], drawn.place[1][i]]);
             let found = if view.is_seen { Lit::Continuous } else { Lit::No };
-            lights.take(i, flat_lights.kind[i] == Kind::Triangle as u32, found, &point, true);
+            lights.take(i, shaped_lights.kind[i] == Kind::Triangle as u32, found, &point, true);
         }
     }
 }
@@ -273,14 +283,14 @@ impl Kernel for Rectangles<'_> {
     #[inline(always)]
     fn run(self) {
         let (n, transmits) = (self.lanes.whole(), self.lanes.transmits);
-        let Lanes { lights, flat_lights, vertices, drawn, .. } = self.lanes;
+        let Lanes { lights, shaped_lights, vertices, drawn, .. } = self.lanes;
         for i in 0..n {
-            let shape = [flat_lights.shape[0].get(i), flat_lights.shape[1].get(i), flat_lights.shape[2].get(i)];
-            let frame = RectangleFrame::new(shape, flat_lights.two_sided[i] != 0);
+            let shape = [shaped_lights.shape[0].get(i), shaped_lights.shape[1].get(i), shaped_lights.shape[2].get(i)];
+            let frame = RectangleFrame::new(shape, shaped_lights.two_sided[i] != 0);
             let view = frame.view(&vertices.light_context(i, transmits));
             let point = frame.sample(&view, [drawn.place[0][i], drawn.place[1][i]]);
             let found = found_of(&view);
-            lights.take(i, flat_lights.kind[i] == Kind::Rectangle as u32, found, &point, true);
+            lights.take(i, shaped_lights.kind[i] == Kind::Rectangle as u32, found, &point, true);
         }
     }
 }
@@ -299,12 +309,12 @@ impl Kernel for Rectangle<'_> {
         let (n, transmits) = (self.lanes.whole(), self.lanes.transmits);
         // A copy, so that nothing in the loop can be thought to change it.
         let frame = *self.frame;
-        let Lanes { lights, flat_lights, vertices, drawn, .. } = self.lanes;
+        let Lanes { lights, shaped_lights, vertices, drawn, .. } = self.lanes;
         for i in 0..n {
             let view = frame.view(&vertices.light_context(i, transmits));
             let point = frame.sample(&view, [drawn.place[0][i], drawn.place[1][i]]);
             let found = found_of(&view);
-            lights.take(i, flat_lights.kind[i] == Kind::Rectangle as u32, found, &point, true);
+            lights.take(i, shaped_lights.kind[i] == Kind::Rectangle as u32, found, &point, true);
         }
     }
 }
@@ -314,6 +324,28 @@ impl Kernel for Rectangle<'_> {
 fn found_of(view: &RectangleView) -> Lit {
     let found = if view.has_map() { Lit::Continuous } else { Lit::Ask };
     if view.is_seen { found } else { Lit::No }
+}
+
+/// Samples of spheres, each lane's own: those that are seen from outside, and whose middle is above the horizon.
+struct Spheres<'a> {
+    lanes: &'a mut Lanes,
+}
+
+impl Kernel for Spheres<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let n = self.lanes.whole();
+        let Lanes { lights, shaped_lights, vertices, drawn, .. } = self.lanes;
+        for i in 0..n {
+            let ctx = vertices.light_context(i, false);
+            let view = BallView::new(shaped_lights.shape[0].get(i), shaped_lights.shape[1].0[0][i], &ctx);
+            let point = view.sample_up([drawn.place[0][i], drawn.place[1][i]]);
+            let found = if view.is_usable & view.is_up() { Lit::Continuous } else { Lit::Ask };
+            lights.take(i, shaped_lights.kind[i] == Kind::Sphere as u32, found, &point, true);
+        }
+    }
 }
 
 /// Directions to a sky that is the same all around, on the side of the view.
@@ -327,12 +359,12 @@ impl Kernel for Sky<'_> {
     #[inline(always)]
     fn run(self) {
         let n = self.lanes.whole();
-        let Lanes { lights, flat_lights, vertices, drawn, .. } = self.lanes;
+        let Lanes { lights, shaped_lights, vertices, drawn, .. } = self.lanes;
         for i in 0..n {
             let normal = vertices.light_context(i, false).normal;
             let (wi, density) = sample_above(normal, [drawn.place[0][i], drawn.place[1][i]]);
             let sample = DrawnPoint { wi, target: Vec3::ZERO, at: [0.0; 2], density, is_valid: density > 0.0 };
-            lights.take(i, flat_lights.kind[i] == Kind::Sky as u32, Lit::Continuous, &sample, false);
+            lights.take(i, shaped_lights.kind[i] == Kind::Sky as u32, Lit::Continuous, &sample, false);
         }
     }
 }

@@ -1,7 +1,8 @@
 //! What the air is made of, and how much of it is in the way.
 
 use super::bands::{BANDS, Bands, at_middles, ozone};
-use crate::math::exp_wide;
+use crate::{math::exp_wide, parallel};
+use etendue_accel::{Isa, Kernel, run};
 use std::f64::consts::PI;
 
 /// Mean radius of the Earth, m.
@@ -44,8 +45,9 @@ fn molecular_depth(wavelength: f64) -> f64 {
 pub type Amounts = [f64; 3];
 
 /// Densities at a height above sea level, m.
+#[inline(always)]
 pub fn densities(height: f64) -> Amounts {
-    let [molecules, aerosol] = SCALE_HEIGHTS.map(|scale| exp_wide(-height / scale));
+    let (molecules, aerosol) = (exp_wide(-height / SCALE_HEIGHTS[0]), exp_wide(-height / SCALE_HEIGHTS[1]));
     [molecules, aerosol, (1.0 - (height - OZONE_LAYER[0]).abs() / OZONE_LAYER[1]).max(0.0)]
 }
 
@@ -76,19 +78,34 @@ impl Air {
     }
 
     /// Optical depth of amounts along a path.
+    #[inline(always)]
     pub fn depth(&self, amounts: Amounts) -> Bands {
         let [molecules, aerosol, ozone] = &self.extinction;
-        std::array::from_fn(|i| molecules[i] * amounts[0] + aerosol[i] * amounts[1] + ozone[i] * amounts[2])
+        let mut depth = [0.0; BANDS];
+        for i in 0..BANDS {
+            depth[i] = molecules[i] * amounts[0] + aerosol[i] * amounts[1] + ozone[i] * amounts[2];
+        }
+        depth
     }
 
     /// Fraction of light that passes amounts along a path.
+    #[inline(always)]
     pub fn transmittance(&self, amounts: Amounts) -> Bands {
-        self.depth(amounts).map(|depth| exp_wide(-depth))
+        let mut bands = self.depth(amounts);
+        for band in &mut bands {
+            *band = exp_wide(-*band);
+        }
+        bands
     }
 
     /// Scattering by all parts at these densities, without what goes straight on, 1/m.
+    #[inline(always)]
     pub fn scattering(&self, densities: Amounts) -> Bands {
-        std::array::from_fn(|i| self.molecular[i] * densities[0] + self.broad[i] * densities[1])
+        let mut scattering = [0.0; BANDS];
+        for i in 0..BANDS {
+            scattering[i] = self.molecular[i] * densities[0] + self.broad[i] * densities[1];
+        }
+        scattering
     }
 }
 
@@ -106,6 +123,7 @@ pub fn aerosol_phase(cos: f64) -> f64 {
 }
 
 /// Distance from radius `r` to the top of the air in a direction with cosine `mu` against the vertical.
+#[inline(always)]
 pub fn to_top(r: f64, mu: f64) -> f64 {
     (r * r * (mu * mu - 1.0) + TOP * TOP).max(0.0).sqrt() - r * mu
 }
@@ -117,6 +135,7 @@ pub fn to_ground(r: f64, mu: f64) -> Option<f64> {
 }
 
 /// Radius and cosine against the vertical at distance `s` along a direction.
+#[inline(always)]
 pub fn along(r: f64, mu: f64, s: f64) -> (f64, f64) {
     let there = (r * r + s * s + 2.0 * r * mu * s).max(GROUND * GROUND).sqrt();
     (there, ((r * mu + s) / there).clamp(-1.0, 1.0))
@@ -130,6 +149,7 @@ const RADII: usize = 64;
 const DIRECTIONS: usize = 128;
 
 /// Distance to the ground's horizon from radius `r`, and from the top.
+#[inline(always)]
 fn horizon_distance(r: f64) -> f64 {
     ((r - GROUND) * (r + GROUND)).max(0.0).sqrt()
 }
@@ -137,21 +157,12 @@ fn horizon_distance(r: f64) -> f64 {
 impl Columns {
     pub fn new() -> Self {
         let far = horizon_distance(TOP);
-        let mut table = Vec::with_capacity(RADII * DIRECTIONS);
-        for i in 0..RADII {
-            let rho = far * i as f64 / (RADII - 1) as f64;
-            let r = (rho * rho + GROUND * GROUND).sqrt();
-            let (nearest, farthest) = (TOP - r, rho + far);
-            for j in 0..DIRECTIONS {
-                let d = nearest + (farthest - nearest) * j as f64 / (DIRECTIONS - 1) as f64;
-                let mu = if d > 0.0 { ((far - rho) * (far + rho) - d * d) / (2.0 * r * d) } else { 1.0 };
-                table.push(column(r, mu.clamp(-1.0, 1.0), d));
-            }
-        }
-        Self(table)
+        let row = |i: usize| run(Isa::detect(), ColumnsAt { rho: far * i as f64 / (RADII - 1) as f64, far });
+        Self(parallel::map(RADII, row).concat())
     }
 
     /// Amounts from radius `r` to the top; of directions that meet the ground those of the horizon.
+    #[inline(always)]
     fn amounts(&self, r: f64, mu: f64) -> Amounts {
         let (rho, far) = (horizon_distance(r), horizon_distance(TOP));
         let (nearest, farthest) = (TOP - r, rho + far);
@@ -160,15 +171,20 @@ impl Columns {
         let y = rho / far * (RADII - 1) as f64;
         let (i, fx) = cell(x, DIRECTIONS);
         let (j, fy) = cell(y, RADII);
-        let at = |i: usize, j: usize, k: usize| self.0[j * DIRECTIONS + i][k];
-        std::array::from_fn(|k| {
-            let row = |j: usize| at(i, j, k) * (1.0 - fx) + at(i + 1, j, k) * fx;
-            row(j) * (1.0 - fy) + row(j + 1) * fy
-        })
+        let place = j * DIRECTIONS + i;
+        let [a, b] = [self.0[place], self.0[place + 1]];
+        let [c, d] = [self.0[place + DIRECTIONS], self.0[place + DIRECTIONS + 1]];
+        let mut amounts = [0.0; 3];
+        for k in 0..3 {
+            let (row, next) = (a[k] * (1.0 - fx) + b[k] * fx, c[k] * (1.0 - fx) + d[k] * fx);
+            amounts[k] = row * (1.0 - fy) + next * fy;
+        }
+        amounts
     }
 
     /// Fraction of sunlight that arrives at radius `r` where the sun's cosine against the vertical is `mu`; the sun sets
     /// over its width.
+    #[inline(always)]
     pub fn sunlight(&self, air: &Air, r: f64, mu: f64) -> Bands {
         let half = SUN_RADIUS * GROUND / r;
         let t = ((mu - horizon_cosine(r)) / half * 0.5 + 0.5).clamp(0.0, 1.0);
@@ -176,21 +192,28 @@ impl Columns {
             return [0.0; BANDS];
         }
         let visible = t * t * (3.0 - 2.0 * t);
-        self.unobstructed(air, r, mu).map(|part| part * visible)
+        let mut bands = self.unobstructed(air, r, mu);
+        for band in &mut bands {
+            *band *= visible;
+        }
+        bands
     }
 
     /// Fraction of light from outside that arrives at radius `r` if the ground is not in the way; below the horizon as at it.
+    #[inline(always)]
     pub fn unobstructed(&self, air: &Air, r: f64, mu: f64) -> Bands {
         air.transmittance(self.amounts(r, mu))
     }
 }
 
 /// Cosine against the vertical of the horizon seen from radius `r`, at most 0.
+#[inline(always)]
 pub fn horizon_cosine(r: f64) -> f64 {
     -horizon_distance(r) / r
 }
 
 /// Table cell and position in it.
+#[inline(always)]
 pub fn cell(x: f64, count: usize) -> (usize, f64) {
     let x = x.clamp(0.0, (count - 1) as f64);
     let i = (x as usize).min(count - 2);
@@ -198,6 +221,7 @@ pub fn cell(x: f64, count: usize) -> (usize, f64) {
 }
 
 /// Amounts over distance `d`, by Simpson's rule in steps that are short where the path is lowest.
+#[inline(always)]
 fn column(r: f64, mu: f64, d: f64) -> Amounts {
     const STEPS: usize = 64;
     let mut sum = [0.0; 3];
@@ -208,7 +232,33 @@ fn column(r: f64, mu: f64, d: f64) -> Amounts {
         let (there, _) = along(r, mu, d * t * t);
         let density = densities(there - GROUND);
         let scale = weight / (3.0 * STEPS as f64) * 2.0 * d * t;
-        sum = [0, 1, 2].map(|k| sum[k] + density[k] * scale);
+        for k in 0..3 {
+            sum[k] += density[k] * scale;
+        }
     }
     sum
+}
+
+/// The amounts of [`Columns`] at one radius, by its distance to the ground's horizon and that of the top.
+struct ColumnsAt {
+    rho: f64,
+    far: f64,
+}
+
+impl Kernel for ColumnsAt {
+    type Output = Vec<Amounts>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<Amounts> {
+        let Self { rho, far } = self;
+        let r = (rho * rho + GROUND * GROUND).sqrt();
+        let (nearest, farthest) = (TOP - r, rho + far);
+        let mut row = vec![[0.0; 3]; DIRECTIONS];
+        for (j, amounts) in row.iter_mut().enumerate() {
+            let d = nearest + (farthest - nearest) * j as f64 / (DIRECTIONS - 1) as f64;
+            let mu = if d > 0.0 { ((far - rho) * (far + rho) - d * d) / (2.0 * r * d) } else { 1.0 };
+            *amounts = column(r, mu.clamp(-1.0, 1.0), d);
+        }
+        row
+    }
 }

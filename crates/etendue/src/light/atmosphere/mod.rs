@@ -17,6 +17,7 @@ use crate::{parallel, spectrum::Spectrum};
 use air::{Air, Columns, GROUND, SUN_RADIUS, aerosol_phase, along, densities, molecular_phase, to_top};
 pub use bands::EFFICACY;
 use bands::{BANDS, Bands, Colours, displayable, reflectance};
+use etendue_accel::{Isa, Kernel, run};
 use multiple::Multiple;
 use std::f64::consts::PI;
 
@@ -111,7 +112,8 @@ impl Observer {
         let cosines = |row: usize| libm::sincos(PI * (row as f64 + 0.5) / height as f64);
         let rows = parallel::map(height / 2, |row| {
             let (cos, sin) = cosines(row);
-            let gathered = self.line_of_sight(sin, sin_sun, cos * cos_sun);
+            let sight = LineOfSight { observer: self, sin, sin_sun, cosines: cos * cos_sun };
+            let gathered = run(Isa::detect(), sight);
             let texel = |column: usize| {
                 let azimuth = PI * ((2 * column + 1) as f64 / width as f64 - 1.0).abs();
                 let (from, t) = air::cell(azimuth / PI * (AZIMUTHS - 1) as f64, AZIMUTHS);
@@ -148,28 +150,46 @@ impl Observer {
         let middle = 0.5 * (lowest + elevation + SUN_RADIUS);
         displayable(self.colours.sum(&self.columns.unobstructed(&self.dense, GROUND, libm::sin(middle))))
     }
+}
 
-    /// What a line of sight gathers whose elevation has this sine, for each azimuth; `sin_sun` that of the sun, and
-    /// `cosines` the product of the cosines of both elevations.
-    fn line_of_sight(&self, sin: f64, sin_sun: f64, cosines: f64) -> Vec<Gathered> {
+/// A line of sight whose elevation has a sine, beside that of the sun and the product of the cosines of both.
+struct LineOfSight<'a> {
+    observer: &'a Observer,
+    sin: f64,
+    sin_sun: f64,
+    cosines: f64,
+}
+
+impl Kernel for LineOfSight<'_> {
+    type Output = Vec<Gathered>;
+
+    /// What it gathers, for each azimuth.
+    #[inline(always)]
+    fn run(self) -> Vec<Gathered> {
+        let Self { observer: Observer { air, columns, multiple, colours, .. }, sin, sin_sun, cosines } = self;
         let length = to_top(GROUND, sin);
         let mut sums = vec![[[0.0; BANDS]; 3]; AZIMUTHS];
         let mut passed: Bands = [1.0; BANDS];
         let cosine: Vec<f64> =
             (0..AZIMUTHS).map(|k| libm::cos(PI * k as f64 / (AZIMUTHS - 1) as f64) * cosines + sin * sin_sun).collect();
         for i in 0..STEPS {
-            let [from, to] = [i, i + 1].map(|i| length * (i as f64 / STEPS as f64) * (i as f64 / STEPS as f64));
+            let (start, end) = (i as f64 / STEPS as f64, (i + 1) as f64 / STEPS as f64);
+            let (from, to) = (length * start * start, length * end * end);
             let middle = 0.5 * (from + to);
             let (there, _) = along(GROUND, sin, middle);
             let density = densities(there - GROUND);
-            let scattered = multiple::step(&self.air, density, to - from, &mut passed);
-            let all = self.air.scattering(density).map(|s| s.max(f64::MIN_POSITIVE));
-            let molecular: Bands = std::array::from_fn(|b| self.air.molecular[b] * density[0] / all[b]);
-            let aerosol: Bands = std::array::from_fn(|b| self.air.aerosol[b] * density[1] / all[b]);
+            let scattered = multiple::step(air, density, to - from, &mut passed);
+            let all = air.scattering(density);
+            let (mut molecular, mut aerosol) = ([0.0; BANDS], [0.0; BANDS]);
+            for b in 0..BANDS {
+                let all = all[b].max(f64::MIN_POSITIVE);
+                molecular[b] = air.molecular[b] * density[0] / all;
+                aerosol[b] = air.aerosol[b] * density[1] / all;
+            }
             for (sum, cos_between) in sums.iter_mut().zip(&cosine) {
                 let mu_sun = ((GROUND * sin_sun + middle * cos_between) / there).clamp(-1.0, 1.0);
-                let light = self.columns.sunlight(&self.air, there, mu_sun);
-                let again = self.multiple.at(there - GROUND, mu_sun);
+                let light = columns.sunlight(air, there, mu_sun);
+                let again = multiple.at(there - GROUND, mu_sun);
                 for b in 0..BANDS {
                     let single = scattered[b] * light[b];
                     sum[0][b] += single * molecular[b];
@@ -179,7 +199,7 @@ impl Observer {
             }
         }
         let colour = |sum: &[Bands; 3]| {
-            let [molecular, aerosol, multiple] = [0, 1, 2].map(|i| self.colours.sum(&sum[i]));
+            let [molecular, aerosol, multiple] = [0, 1, 2].map(|i| colours.sum(&sum[i]));
             Gathered { molecular, aerosol, multiple }
         };
         sums.iter().map(colour).collect()

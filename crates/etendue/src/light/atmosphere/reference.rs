@@ -2,12 +2,13 @@
 #![allow(clippy::disallowed_methods)]
 
 use super::{
-    AHEAD, AZIMUTHS, Atmosphere, Observer,
+    AHEAD, AZIMUTHS, Atmosphere, LineOfSight, Observer,
     air::{self, Air, Columns, GROUND, aerosol_phase, along, densities, molecular_phase, to_ground, to_top},
     bands::{BANDS, Colours, reflectance},
     multiple::Multiple,
 };
 use crate::{math::DVec3, spectrum::Spectrum};
+use etendue_accel::{Isa, run};
 use etendue_testkit::{Moments, Rng};
 use std::f64::consts::PI;
 
@@ -132,7 +133,8 @@ fn the_sky_is_that_of_photons() {
             let (sin, cos) = height.to_radians().sin_cos();
             let turn = PI * azimuth as f64 / (AZIMUTHS - 1) as f64;
             let between = sin * sin_sun + cos * cos_sun * turn.cos();
-            let found = observer.line_of_sight(sin, sin_sun, cos * cos_sun)[azimuth].radiance(between);
+            let sight = LineOfSight { observer: &observer, sin, sin_sun, cosines: cos * cos_sun };
+            let found = run(Isa::detect(), sight)[azimuth].radiance(between);
             let (sun, view) = (DVec3::new(cos_sun, sin_sun, 0.0), DVec3::new(cos * turn.cos(), sin, cos * turn.sin()));
             let mut rng = Rng::new(7);
             let bands: [f64; BANDS] = std::array::from_fn(|band| {
