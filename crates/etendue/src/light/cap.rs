@@ -61,7 +61,7 @@ impl ProjectedCap {
         // Below the horizon: of the segment what is not ellipse.
         let area = left + segment(touches) - if is_up { 0.0 } else { beyond };
         let y_axis = normal.cross(x_axis);
-        let is_usable = (sine >= LEAST_SINE) & (sine < 1.0) & (area > LEAST_AREA * sine * sine);
+        let is_usable = (sine >= LEAST_SINE) & (area > LEAST_AREA * sine * sine);
         (Self { normal, x_axis, y_axis, middle, half, top, left, area, is_up }, is_usable)
     }
 
@@ -171,6 +171,8 @@ fn moon_at(middle: f64, half: [f64; 2], top: f64, area: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::disallowed_methods)]
+
     use super::*;
     use crate::math::dvec3;
 

@@ -108,7 +108,7 @@ impl Emitter for RectangleLight {
         let density = match view {
             _ if !view.is_seen => return 0.0,
             _ if view.is_patch => view.patch_pdf(wi),
-            _ if view.is_mapped => view.weights.density(view.locate(frame.to_local(wi))) / view.solid_angle,
+            _ if view.is_mapped => view.weights.density(view.locate(frame.along_axes(wi))) / view.solid_angle,
             _ => self.pair(ctx).pdf(wi),
         };
         finite_density(density).unwrap_or(0.0)
@@ -289,7 +289,7 @@ impl RectangleFrame {
 
     /// The coordinates of a direction along the edges and the normal.
     #[inline]
-    fn to_local(&self, wi: Vec3) -> DVec3 {
+    fn along_axes(&self, wi: Vec3) -> DVec3 {
         let wi = wi.as_dvec3();
         dvec3(wi.dot(self.x_axis), wi.dot(self.y_axis), wi.dot(self.z_axis))
     }
