@@ -169,9 +169,7 @@ impl Bins {
     #[inline(always)]
     pub fn fill(&mut self, simd: impl Simd, items: &[Item], binning: &Binning) {
         for item in items {
-            let bins = binning.bins_of(item);
-            for axis in 0..3 {
-                let bin = bins[axis];
+            for (axis, bin) in binning.bins_of(item).into_iter().enumerate() {
                 self.boxes[axis][bin].0 = simd.maxima(&self.boxes[axis][bin].0, &item.lanes);
                 self.counts[axis][bin] += 1;
             }
@@ -201,19 +199,19 @@ impl Bins {
         }
         let mut sweep = Sweep::EMPTY;
         let (mut costs, mut bins) = ([f32::INFINITY; 4], [0_u32; 4]);
-        for i in 1..used {
+        for (i, right) in right_costs.iter().enumerate().take(used).skip(1) {
             let left = sweep.cost_with(self, i - 1);
             for lane in 0..4 {
-                let cost = left[lane] + right_costs[i][lane];
+                let cost = left[lane] + right[lane];
                 let better = cost < costs[lane];
                 costs[lane] = if better { cost } else { costs[lane] };
                 bins[lane] = if better { i as u32 } else { bins[lane] };
             }
         }
         let mut best = (0, f32::INFINITY);
-        for axis in 0..3 {
-            if binning.scale[axis] != 0.0 && costs[axis] < best.1 {
-                best = (axis, costs[axis]);
+        for (axis, &cost) in costs.iter().enumerate().take(3) {
+            if binning.scale[axis] != 0.0 && cost < best.1 {
+                best = (axis, cost);
             }
         }
         let (axis, cost) = best;
@@ -243,10 +241,10 @@ impl Sweep {
     #[inline(always)]
     fn cost_with(&mut self, bins: &Bins, i: usize) -> [f32; 4] {
         let mut sides = [[0.0; 4]; 3];
-        for axis in 0..3 {
-            self.boxes[axis] = self.boxes[axis].join(&bins.boxes[axis][i]);
+        for (axis, joined) in self.boxes.iter_mut().enumerate() {
+            *joined = joined.join(&bins.boxes[axis][i]);
             self.counts[axis] += bins.counts[axis][i];
-            let [x, y, z, _] = self.boxes[axis].sides();
+            let [x, y, z, _] = joined.sides();
             (sides[0][axis], sides[1][axis], sides[2][axis]) = (x, y, z);
         }
         let [x, y, z] = sides;

@@ -96,8 +96,8 @@ fn orders(middles: &[[f32; WIDTH]; 3]) -> [u32; 8] {
                 places[i] += u32::from(farther | equal_before);
             }
         }
-        for i in 0..WIDTH {
-            *order |= (i as u32) << (3 * places[i]);
+        for (i, place) in places.into_iter().enumerate() {
+            *order |= (i as u32) << (3 * place);
         }
     }
     orders

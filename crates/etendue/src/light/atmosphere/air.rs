@@ -102,8 +102,8 @@ impl Air {
     #[inline(always)]
     pub fn scattering(&self, densities: Amounts) -> Bands {
         let mut scattering = [0.0; BANDS];
-        for i in 0..BANDS {
-            scattering[i] = self.molecular[i] * densities[0] + self.broad[i] * densities[1];
+        for (i, sum) in scattering.iter_mut().enumerate() {
+            *sum = self.molecular[i] * densities[0] + self.broad[i] * densities[1];
         }
         scattering
     }
