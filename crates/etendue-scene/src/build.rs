@@ -1,5 +1,6 @@
 //! From a description to what the renderer takes: mesh files loaded, names resolved, transforms composed.
 
+mod ahead;
 mod bodies;
 mod environment;
 mod meshes;
@@ -106,6 +107,8 @@ pub fn build_with(
     limits: &Limits,
     loaded: BTreeMap<PathBuf, MeshFile>,
 ) -> Result<Input, Diagnostics> {
+    let mut loaded = loaded;
+    loaded.append(&mut ahead::read_ahead(description, sources, limits, &loaded));
     let mut builder = Builder::new(description, sources, limits, loaded);
     let mut placed = Vec::with_capacity(description.objects.len());
     for (number, object) in description.objects.iter().enumerate() {

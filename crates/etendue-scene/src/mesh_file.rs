@@ -258,6 +258,38 @@ pub fn read(sources: &mut SourceMap, file: FileId, limits: &MeshLimits) -> Resul
     }
 }
 
+/// False if it shows at once that bytes of a mesh file do not say all: they are compressed, or name a material library.
+pub(crate) fn may_be_alone(path: &Path, bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(HEAD)];
+    let names_library = || head.windows(LIBRARY.len()).any(|word| word == LIBRARY);
+    match MeshFormat::of_path(path) {
+        _ if gzip::is_gzip(bytes) => false,
+        Some(MeshFormat::Obj) => !names_library(),
+        Some(MeshFormat::Ply | MeshFormat::Stl | MeshFormat::Off) => true,
+        None => false,
+    }
+}
+
+/// The statement that names a material library in an OBJ file, and in how many bytes it comes if it does, as a rule.
+const LIBRARY: &[u8] = b"mtllib";
+const HEAD: usize = 16 << 10;
+
+/// Reads bytes of a mesh file that [`may_be_alone`]; `None` where they are broken, or are not alone after all.
+pub(crate) fn read_alone(path: &Path, bytes: Arc<Vec<u8>>, file: FileId) -> Option<MeshFile> {
+    let mut is_alone = true;
+    let open = &mut |name: &str| {
+        is_alone = false;
+        Err(SourceError::NotFound(name.into()))
+    };
+    let mesh = match MeshFormat::of_path(path)? {
+        MeshFormat::Obj => obj::read(bytes, file, open),
+        MeshFormat::Ply => ply::read(&bytes, file),
+        MeshFormat::Stl => stl::read(&bytes, file),
+        MeshFormat::Off => off::read(&bytes, file),
+    };
+    mesh.ok().filter(|_| is_alone)
+}
+
 /// The error about a file whose ending is of no [`MeshFormat`]: [`Diagnostic::unsupported`] if it is known but not read
 /// yet.
 pub fn unknown_kind(path: &Path) -> Diagnostic {
