@@ -2,6 +2,7 @@
 
 use std::arch::x86_64::*;
 
+use super::x86_scan::{load16, load16_words};
 use crate::flat::{Columns, FlatTriangle, Group, LANES, Sheared};
 use crate::ray::Ray;
 
@@ -47,15 +48,15 @@ pub(super) fn transpose(rays: &[Ray; LANES], columns: &mut Columns) {
 #[target_feature(enable = "avx512f")]
 pub(super) fn shear(triangles: &[FlatTriangle], rays: &Group, pairs: &[u32; LANES], sheared: &mut Sheared) {
     let Some(last) = triangles.len().checked_sub(1) else { return };
-    let pairs = load_words(pairs);
+    let pairs = load16_words(pairs);
     let triangle = _mm512_min_epu32(_mm512_srli_epi32::<4>(pairs), _mm512_set1_epi32(last as i32));
     let start = _mm512_mullo_epi32(triangle, _mm512_set1_epi32(TRIANGLE_WORDS as i32));
     // Lanes are told by the lowest four bits.
-    let of_ray = |row: &[f32; LANES]| _mm512_permutexvar_ps(pairs, load(row));
+    let of_ray = |row: &[f32; LANES]| _mm512_permutexvar_ps(pairs, load16(row));
     let [ox, oy, oz] = rays.turned.each_ref().map(of_ray);
     let [sx, sy, sz] = rays.shear.each_ref().map(of_ray);
     let (two, three) = (_mm512_set1_epi32(2), _mm512_set1_epi32(3));
-    let z_axis = _mm512_min_epu32(_mm512_permutexvar_epi32(pairs, load_words(&rays.major)), two);
+    let z_axis = _mm512_min_epu32(_mm512_permutexvar_epi32(pairs, load16_words(&rays.major)), two);
     let next = |axis: __m512i| {
         let next = _mm512_add_epi32(axis, _mm512_set1_epi32(1));
         _mm512_mask_sub_epi32(next, _mm512_cmpeq_epi32_mask(next, three), next, three)
@@ -73,20 +74,6 @@ pub(super) fn shear(triangles: &[FlatTriangle], rays: &Group, pairs: &[u32; LANE
         store(y, _mm512_sub_ps(_mm512_sub_ps(take(axes[1]), oy), _mm512_mul_ps(sy, z)));
         store(depth, _mm512_mul_ps(sz, z));
     }
-}
-
-#[inline]
-#[target_feature(enable = "avx512f")]
-fn load(from: &[f32; LANES]) -> __m512 {
-    // SAFETY: the array holds sixteen floats; the load needs no alignment.
-    unsafe { _mm512_loadu_ps(from.as_ptr()) }
-}
-
-#[inline]
-#[target_feature(enable = "avx512f")]
-fn load_words(from: &[u32; LANES]) -> __m512i {
-    // SAFETY: the array holds sixteen words; the load needs no alignment.
-    unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
 }
 
 #[inline]

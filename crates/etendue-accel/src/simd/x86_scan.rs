@@ -228,14 +228,14 @@ fn list8<const HALF: usize>(pairs: &mut Pairs, triangle: u32, lanes: u32) {
 
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn load16(from: &[f32; LANES]) -> __m512 {
+pub(super) fn load16(from: &[f32; LANES]) -> __m512 {
     // SAFETY: the array holds sixteen floats; the load needs no alignment.
     unsafe { _mm512_loadu_ps(from.as_ptr()) }
 }
 
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn load16_words(from: &[u32; LANES]) -> __m512i {
+pub(super) fn load16_words(from: &[u32; LANES]) -> __m512i {
     // SAFETY: the array holds sixteen words; the load needs no alignment.
     unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
 }
