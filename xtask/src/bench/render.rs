@@ -9,10 +9,7 @@ use super::{
 };
 use crate::gallery::program::Program;
 use serde_json::{Value, json};
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{fs, path::PathBuf};
 
 pub const HELP: &str = "\
 Renders scenes in turns with every renderer and prints the seconds to a relative mean squared error.
@@ -309,15 +306,6 @@ fn fnv(bytes: &[u8]) -> u64 {
 /// The folder of results.
 pub fn results() -> PathBuf {
     folder().join("results")
-}
-
-/// The kept result of a scene.
-pub fn kept(name: &str) -> Option<Value> {
-    read(&results().join(format!("{name}.json")))
-}
-
-fn read(path: &Path) -> Option<Value> {
-    serde_json::from_slice(&fs::read(path).ok()?).ok()
 }
 
 #[cfg(test)]

@@ -1,14 +1,12 @@
-//! Results for people: tables on the terminal and in docs/performance.md, and plots of error against time.
+//! Results of pictures for people: tables on the terminal and in docs/performance.md, and plots of error against time.
 
-use super::{render, scenes, statistics};
-use crate::root;
+use super::{
+    page::{self, list, number, text, three},
+    plot::Plot,
+    render, scenes, statistics,
+};
 use serde_json::{Value, json};
-use std::{fmt::Write, fs};
-
-/// Marks in the page between which tables are written.
-const MARKS: [&str; 2] = ["<!-- results -->", "<!-- end of results -->"];
-/// Colours of the lines of a plot.
-const COLOURS: [&str; 4] = ["#c0392b", "#2471a3", "#229954", "#7d3c98"];
+use std::{fmt::Write, fs, path::Path};
 
 /// An estimate as `[value, low, high]`.
 pub fn interval(e: statistics::Estimate) -> Value {
@@ -22,28 +20,8 @@ pub fn keep(name: &str, result: &Value) -> Result<(), String> {
     scenes::write(&folder.join(format!("{name}.json")), format!("{result:#}\n").as_bytes())
 }
 
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or(f64::NAN)
-}
-
-fn text(value: &Value) -> &str {
-    value.as_str().unwrap_or("")
-}
-
-fn list(value: &Value) -> &[Value] {
-    value.as_array().map_or(&[], Vec::as_slice)
-}
-
-/// `1.23 (1.1-1.4)`.
 fn with_interval(value: &Value) -> String {
-    let [v, low, high] = [0, 1, 2].map(|i| number(&value[i]));
-    format!("{} ({}-{})", three(v), three(low), three(high))
-}
-
-/// Three digits.
-fn three(v: f64) -> String {
-    let digits = if v > 0.0 && v.is_finite() { (2 - libm::log10(v).floor() as i32).clamp(0, 6) as usize } else { 2 };
-    format!("{v:.digits$}")
+    page::with_interval([0, 1, 2].map(|i| number(&value[i])))
 }
 
 /// The rows of a scene's table, one a renderer.
@@ -120,25 +98,17 @@ fn overall(results: &[Value]) -> Option<(usize, Value)> {
     (!means.is_empty()).then(|| (ratios.len(), interval(statistics::estimate(&means))))
 }
 
-/// Writes the tables of docs/performance.md, and its plots, from the kept results.
-pub fn page() -> Result<(), String> {
-    let results: Vec<Value> = scenes::NAMES.iter().filter_map(|name| render::kept(name)).collect();
+/// Writes the tables of pictures to docs/performance.md, and their plots to `images`; false if no results are kept.
+pub fn write_page(path: &Path, images: &Path) -> Result<bool, String> {
+    let results: Vec<Value> = scenes::NAMES.iter().filter_map(|name| page::kept(name)).collect();
     if results.is_empty() {
-        return Err("no results are kept: `cargo xtask bench render --peers`".to_owned());
+        return Ok(false);
     }
-    let path = root().join("docs/performance.md");
-    let page = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let split = page.split_once(MARKS[0]).and_then(|(a, b)| Some((a, b.split_once(MARKS[1])?.1)));
-    let (before, after) = split.ok_or_else(|| format!("{}: {} is missing", path.display(), MARKS.join(" or ")))?;
-    let page = format!("{before}{}\n{}{}{after}", MARKS[0], tables(&results), MARKS[1]);
-    scenes::write(&path, page.as_bytes())?;
-    let images = root().join("docs/images/performance");
-    fs::create_dir_all(&images).map_err(|e| format!("{}: {e}", images.display()))?;
+    page::put(path, "results", &tables(&results))?;
     for result in &results {
         scenes::write(&images.join(format!("{}.svg", text(&result["scene"]))), plot(result).as_bytes())?;
     }
-    println!("{} scenes written to {}", results.len(), path.display());
-    Ok(())
+    Ok(true)
 }
 
 /// The part of the page that results make.
@@ -176,84 +146,19 @@ fn tables(results: &[Value]) -> String {
     out
 }
 
-/// Error against seconds, both logarithmic, as SVG.
+/// Error against seconds.
 fn plot(result: &Value) -> String {
-    const SIZE: [f64; 2] = [480.0, 300.0];
-    const EDGE: [f64; 2] = [56.0, 40.0];
-    let lines: Vec<(&str, Vec<[f64; 2]>)> = list(&result["renderers"])
-        .iter()
-        .map(|r| {
-            let build = number(&r["build"]);
-            let mut points: Vec<[f64; 2]> =
-                list(&r["pilots"]).iter().map(|p| [build + number(&p[1]), number(&p[2])]).collect();
-            let errors: Vec<f64> = list(&r["errors"]).iter().map(number).collect();
-            points.push([build + number(&r["render_median"]), statistics::mean(&errors)]);
-            points.retain(|p| p.iter().all(|v| *v > 0.0 && v.is_finite()));
-            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            (text(&r["name"]), points)
-        })
-        .collect();
-    let decades = |axis: usize| {
-        let all = lines.iter().flat_map(|(_, points)| points).map(|p| libm::log10(p[axis]));
-        let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
-        if low > high { [0.0, 1.0] } else { [low.floor(), high.ceil().max(low.floor() + 1.0)] }
+    let points = |r: &Value| {
+        let build = number(&r["build"]);
+        let mut points: Vec<[f64; 2]> =
+            list(&r["pilots"]).iter().map(|p| [build + number(&p[1]), number(&p[2])]).collect();
+        let errors: Vec<f64> = list(&r["errors"]).iter().map(number).collect();
+        points.push([build + number(&r["render_median"]), statistics::mean(&errors)]);
+        points
     };
-    let range = [decades(0), decades(1)];
-    let place = |p: [f64; 2]| {
-        let t = [0, 1].map(|i| (p[i] - range[i][0]) / (range[i][1] - range[i][0]));
-        [EDGE[0] + t[0] * (SIZE[0] - EDGE[0] - 16.0), SIZE[1] - EDGE[1] - t[1] * (SIZE[1] - EDGE[1] - 12.0)]
-    };
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"11\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-        SIZE[0], SIZE[1]
-    );
-    for axis in 0..2 {
-        for decade in range[axis][0] as i32..=range[axis][1] as i32 {
-            let at = |other: f64| if axis == 0 { [f64::from(decade), other] } else { [other, f64::from(decade)] };
-            let [a, b] = range[1 - axis].map(|end| place(at(end)));
-            let _ = writeln!(svg, "<path d=\"M{:.1} {:.1}L{:.1} {:.1}\" stroke=\"#ddd\"/>", a[0], a[1], b[0], b[1]);
-            let label = if (-2..=3).contains(&decade) && axis == 0 {
-                format!("{}", libm::pow(10.0, f64::from(decade)))
-            } else {
-                format!("1e{decade}")
-            };
-            let (x, y, anchor) =
-                if axis == 0 { (a[0], a[1] + 14.0, "middle") } else { (a[0] - 5.0, a[1] + 4.0, "end") };
-            let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{label}</text>");
-        }
-    }
-    for (i, (name, points)) in lines.iter().enumerate() {
-        let colour = COLOURS[i % COLOURS.len()];
-        let corners: Vec<[f64; 2]> = points.iter().map(|p| place(p.map(libm::log10))).collect();
-        let path: Vec<String> = corners.iter().map(|p| format!("{:.1},{:.1}", p[0], p[1])).collect();
-        let _ = writeln!(
-            svg,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
-            path.join(" ")
-        );
-        for p in &corners {
-            let _ = writeln!(svg, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{colour}\"/>", p[0], p[1]);
-        }
-        let y = 24.0 + 14.0 * i as f64;
-        let _ = writeln!(
-            svg,
-            "<text x=\"{:.0}\" y=\"{y}\" text-anchor=\"end\" fill=\"{colour}\">{name}</text>",
-            SIZE[0] - 22.0
-        );
-    }
-    let _ = writeln!(
-        svg,
-        "<text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">seconds, {} x {}</text>\n\
-         <text x=\"12\" y=\"{:.0}\" text-anchor=\"middle\" transform=\"rotate(-90 12 {:.0})\">relMSE</text>\n</svg>",
-        SIZE[0] / 2.0,
-        SIZE[1] - 8.0,
-        result["size"],
-        result["size"],
-        SIZE[1] / 2.0,
-        SIZE[1] / 2.0
-    );
-    svg
+    let lines = list(&result["renderers"]).iter().map(|r| (text(&r["name"]), points(r))).collect();
+    let seconds = format!("seconds, {size} x {size}", size = result["size"]);
+    Plot { axes: [&seconds, "relMSE"], lines }.svg()
 }
 
 #[cfg(test)]
@@ -285,17 +190,5 @@ mod tests {
         }
         let svg = plot(&result());
         assert_eq!((svg.matches("<polyline").count(), svg.matches("<circle").count()), (2, 6));
-        assert!(!svg.contains("NaN") && svg.ends_with("</svg>\n") || svg.ends_with("</svg>"));
-    }
-
-    #[test]
-    fn numbers_have_three_digits() {
-        assert_eq!([0.01234, 1.2345, 123.45, 12345.6].map(three), ["0.0123", "1.23", "123", "12346"]);
-    }
-
-    #[test]
-    fn the_page_has_its_marks() {
-        let page = fs::read_to_string(root().join("docs/performance.md")).unwrap();
-        assert!(MARKS.iter().all(|mark| page.matches(mark).count() == 1));
     }
 }

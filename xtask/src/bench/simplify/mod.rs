@@ -6,14 +6,13 @@ mod tools;
 
 use super::{
     peers::Peer,
-    render::results,
     report::{interval, keep},
     scenes,
     statistics::{Runs, estimate, resampled_seconds},
 };
 use crate::{cargo, gallery::program::Program, root};
 use models::{Model, Subject};
-pub use page::page;
+pub use page::write_page;
 use serde_json::{Value, json};
 use std::{
     fs,
@@ -332,11 +331,7 @@ impl Session<'_> {
 
 /// The kept results that begin with `what`, in the order of the models.
 fn kept(what: &str) -> Vec<Value> {
-    let read = |model: &Model| {
-        let bytes = fs::read(results().join(format!("{what}-{}.json", model.name))).ok()?;
-        serde_json::from_slice(&bytes).ok()
-    };
-    models::ALL.iter().filter_map(read).collect()
+    models::ALL.iter().filter_map(|model| super::page::kept(&format!("{what}-{}", model.name))).collect()
 }
 
 /// What comes from PyPI, all in one virtual environment.

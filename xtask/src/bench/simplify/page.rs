@@ -1,46 +1,22 @@
 //! The tables of docs/simplify.md.
 
-use super::{CLAIM, CURVE, kept, scenes};
-use crate::root;
+use super::{CLAIM, CURVE, kept};
+use crate::{
+    bench::page::{self, list, number, text, three},
+    root,
+};
 use serde_json::Value;
-use std::{fmt::Write, fs};
+use std::fmt::Write;
 
-/// Marks in the page between which tables are written.
-const MARKS: [&str; 2] = ["<!-- results -->", "<!-- end of results -->"];
-
-/// Writes the tables from the kept results; nothing if there are none.
-pub fn page() -> Result<(), String> {
+/// Writes the tables from the kept results; false if there are none.
+pub fn write_page() -> Result<bool, String> {
     let results = kept("simplify");
     if results.is_empty() {
-        return Ok(());
+        return Ok(false);
     }
-    let path = root().join("docs/simplify.md");
-    let page = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let split = page.split_once(MARKS[0]).and_then(|(a, b)| Some((a, b.split_once(MARKS[1])?.1)));
-    let (before, after) = split.ok_or_else(|| format!("{}: {} is missing", path.display(), MARKS.join(" or ")))?;
     let tables = tables(&results) + &curves(&kept(CURVE)) + &claim(&kept(CLAIM));
-    let page = format!("{before}{}\n{tables}{}{after}", MARKS[0], MARKS[1]);
-    scenes::write(&path, page.as_bytes())?;
-    println!("{} models written to {}", results.len(), path.display());
-    Ok(())
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or(f64::NAN)
-}
-
-fn text(value: &Value) -> &str {
-    value.as_str().unwrap_or("")
-}
-
-fn list(value: &Value) -> &[Value] {
-    value.as_array().map_or(&[], Vec::as_slice)
-}
-
-/// Three digits.
-fn three(v: f64) -> String {
-    let digits = if v > 0.0 && v.is_finite() { (2 - libm::log10(v).floor() as i32).clamp(0, 6) as usize } else { 0 };
-    format!("{v:.digits$}")
+    page::put(&root().join("docs/simplify.md"), "results", &tables)?;
+    Ok(true)
 }
 
 fn tables(results: &[Value]) -> String {
@@ -200,11 +176,5 @@ mod tests {
             "{table}"
         );
         assert_eq!(claim(&[]), "");
-    }
-
-    #[test]
-    fn the_page_has_its_marks() {
-        let page = fs::read_to_string(root().join("docs/simplify.md")).unwrap();
-        assert!(MARKS.iter().all(|mark| page.matches(mark).count() == 1));
     }
 }
