@@ -1,7 +1,11 @@
-//! The surfaces that emit, as lights. A face whose emission has a texture is cut into similar pieces, each a light with the
+//! The surfaces that emit, as lights. Triangles that are a parallelogram together are one light. A face whose emission has a texture is cut into similar pieces, each a light with the
 //! mean radiance of its box in the texture; what a sample carries is the radiance at its point.
 
-use super::{FaceLights, Object, Placement, Primitives, SceneParts, Shape, emission_map::EmissionMap};
+use super::{
+    FaceLights, Object, Placement, Primitives, SceneParts, Shape,
+    emission_map::EmissionMap,
+    panels::{self, Panel, PanelFace},
+};
 use crate::{
     light::{Carrier, LISTED_AT, Light, LightSample, RectangleLight, SphereLight, TriangleLight},
     material::{Emission, Material},
@@ -338,9 +342,14 @@ impl Lister<'_> {
     fn list_triangles(&mut self, index: u32, placement: &Placement, mesh: &MeshData) -> FaceLights {
         let transform = placement.place.at(LISTED_AT);
         let count = mesh.indices.len();
+        let panel_of = self.list_panels(placement, mesh, transform.as_ref());
         let mut firsts = Vec::with_capacity(count);
         let mut sides = Vec::new();
         for face in 0..count as u32 {
+            if let Some(&light) = panel_of.get(face as usize).filter(|light| **light != NO_LIGHT) {
+                firsts.push(light);
+                continue;
+            }
             let side = self.list_triangle(index, placement, mesh, face, transform.as_ref());
             firsts.push(side.map_or(NO_LIGHT, |(first, _)| first));
             let side = side.map_or(1, |(_, side)| side);
@@ -354,6 +363,28 @@ impl Lister<'_> {
         FaceLights::Each { firsts: firsts.into(), sides: sides.into() }
     }
 
+    /// Lists triangles that are parallelograms together, and tells which light each face is; empty if there are none.
+    fn list_panels(&mut self, placement: &Placement, mesh: &MeshData, transform: Option<&Transform>) -> Vec<u32> {
+        let face = |face: u32| {
+            let glow = self.glow(placement, face).filter(|glow| glow.map.is_none() && !glow.is_varied)?;
+            let [a, b, c] = mesh.indices[face as usize];
+            let corners = if is_swapped(mesh, face, transform) { [a, c, b] } else { [a, b, c] };
+            Some(PanelFace { corners, radiance: glow.radiance, two_sided: glow.two_sided })
+        };
+        let faces: Vec<Option<PanelFace>> = (0..mesh.indices.len() as u32).map(face).collect();
+        let place = |vertex: u32| to_world(transform, mesh.positions[vertex as usize].into());
+        let panels = panels::find(&faces, place);
+        let mut lights = if panels.is_empty() { Vec::new() } else { vec![NO_LIGHT; faces.len()] };
+        for Panel { faces: covered, corner, edges: [u, v] } in panels {
+            let Some(PanelFace { radiance, two_sided, .. }) = faces[covered[0] as usize] else { continue };
+            for face in covered {
+                lights[face as usize] = self.lights.len() as u32;
+            }
+            self.lights.push(Light::Rectangle(RectangleLight { corner, u, v, radiance, two_sided }));
+        }
+        lights
+    }
+
     /// The first light of a triangle and how many pieces it has along a side.
     fn list_triangle(
         &mut self,
@@ -365,16 +396,8 @@ impl Lister<'_> {
     ) -> Option<(u32, u32)> {
         let glow = self.glow(placement, face)?;
         let cut = Self::full_cut(placement, face, &glow, false)?.coarser(self.scale);
-        let corners = mesh.indices[face as usize];
-        let own = corners.map(|i| Vec3::from(mesh.positions[i as usize]));
-        let winding = face_normal(own[0], own[1], own[2]);
-        let front = match &mesh.normals {
-            None => winding,
-            Some(n) => orient(winding, corners.iter().map(|i| Vec3::from(n[*i as usize])).sum()),
-        };
-        let [a, b, c] = own.map(|p| Vec3::from(transform.map_or(p.into(), |t| t.point_to_world(p.into()))));
-        // The light's front is the side of its winding.
-        let swap = (front.dot(winding) < 0.0) != transform.is_some_and(|t| t.determinant() < 0.0);
+        let [a, b, c] = mesh.indices[face as usize].map(|i| to_world(transform, mesh.positions[i as usize].into()));
+        let swap = is_swapped(mesh, face, transform);
         let (is_varied, two_sided, first) = (glow.is_varied, glow.two_sided, self.lights.len() as u32);
         let pieces = (0..cut.count()).map(|piece| {
             let [corner, u, v] = cut.frame(piece);
@@ -393,6 +416,22 @@ impl Lister<'_> {
         let Cut::Triangle(side) = cut else { return None };
         Some((first, side))
     }
+}
+
+fn to_world(transform: Option<&Transform>, point: Vec3) -> Vec3 {
+    transform.map_or(point, |transform| transform.point_to_world(point.into()).into())
+}
+
+/// True if the front of a face is the other side than that of its winding as it is placed; a light's front is that of its winding.
+fn is_swapped(mesh: &MeshData, face: u32, transform: Option<&Transform>) -> bool {
+    let corners = mesh.indices[face as usize];
+    let [a, b, c] = corners.map(|i| Vec3::from(mesh.positions[i as usize]));
+    let winding = face_normal(a, b, c);
+    let front = match &mesh.normals {
+        None => winding,
+        Some(n) => orient(winding, corners.iter().map(|i| Vec3::from(n[*i as usize])).sum()),
+    };
+    (front.dot(winding) < 0.0) != transform.is_some_and(|t| t.determinant() < 0.0)
 }
 
 fn along(edge: Vec3, multiple: f32) -> DVec3 {

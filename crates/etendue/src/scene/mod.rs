@@ -6,6 +6,7 @@ mod emission_map;
 mod emitters;
 mod frame;
 mod interiors;
+mod panels;
 mod parts;
 
 pub use build::{AcceleratorSettings, SceneError};
