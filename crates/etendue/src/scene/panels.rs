@@ -1,9 +1,10 @@
 //! Flat lamps that are cut into triangles: those that together are a parallelogram are one light, which is drawn from as a
 //! whole and evenly, however finely it is cut.
 //!
-//! Faces belong together if they share edges, lie in one plane to rounding, and emit alike. They cover a parallelogram just once if
-//! each edge has two faces that run along it in opposite ways, but for those of the rim, if the rim is one closed line round
-//! the parallelogram, and if all faces turn the same way: a point inside is then covered as often as the rim goes round it.
+//! Faces belong together if they share edges, lie in one plane to rounding with the same side up, and emit alike. They cover a
+//! parallelogram just once if the edges that no face runs along the other way are one closed line round it: since all faces turn the
+//! same way, a point is covered as often as that line goes round it. An edge with more faces one way than the other leaves the
+//! line open.
 
 use crate::{
     math::{DVec3, Vec3},
@@ -135,13 +136,10 @@ impl Welded {
         let is_closed = largest(&[at[0] + u + v - at[2]]) <= slack;
         let sides = [(a, b), (b, c), (c, d), (d, a)];
         let normal = u.cross(v).try_normalize()?;
-        let covers = |face: &u32| {
-            let corners = self.places(*face);
-            let is_in_plane = corners.iter().all(|point| (*point - at[0]).dot(normal).abs() <= slack);
-            is_in_plane && (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(normal) > 0.0
-        };
-        let is_panel =
-            is_closed && sides.iter().all(|&(from, to)| is_straight(&rim, from, to, slack)) && group.iter().all(covers);
+        let is_flat = |face: &u32| self.places(*face).iter().all(|point| (*point - at[0]).dot(normal).abs() <= slack);
+        let is_panel = is_closed
+            && sides.iter().all(|&(from, to)| is_straight(&rim, from, to, slack))
+            && group.iter().all(is_flat);
         let faces = group.iter().map(|face| faces[*face as usize].0).collect();
         is_panel.then(|| Panel { faces, corner: at[0].as_vec3(), edges: [u.as_vec3(), v.as_vec3()] })
     }
@@ -150,9 +148,6 @@ impl Welded {
     fn rim(&self, group: &[u32]) -> Option<Vec<DVec3>> {
         let mut edges: Vec<[u32; 2]> = group.iter().flat_map(|face| directed(self.corners[*face as usize])).collect();
         edges.sort_unstable();
-        if edges.windows(2).any(|pair| pair[0] == pair[1]) {
-            return None;
-        }
         let is_open = |&[from, to]: &[u32; 2]| edges.binary_search(&[to, from]).is_err();
         let open: Vec<[u32; 2]> = edges.iter().copied().filter(is_open).collect();
         if open.windows(2).any(|pair| pair[0][0] == pair[1][0]) {
@@ -338,6 +333,31 @@ mod tests {
         assert_eq!(found(&apart, &apart_faces), found(&points, &faces));
     }
 
+    /// Zero has two signs.
+    #[test]
+    fn zeros_are_one() {
+        let points =
+            [[-1.0, 0.0], [0.0, 0.0], [0.0, 1.0], [-1.0, 1.0], [-0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-0.0, 1.0]];
+        let points = points.map(|[x, y]| vec3(x, y, 0.0));
+        assert_eq!(found(&points, &[[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]).len(), 1);
+    }
+
+    #[test]
+    fn both_sides_of_a_sheet_are_panels() {
+        let points = [Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y];
+        let panels = found(&points, &[[0, 1, 2], [0, 2, 3], [1, 0, 3], [1, 3, 2]]);
+        let normals: Vec<Vec3> = panels.iter().map(|panel| panel.edges[0].cross(panel.edges[1])).collect();
+        assert!(normals.len() == 2 && normals[0].dot(normals[1]) < 0.0, "{panels:?}");
+    }
+
+    #[test]
+    fn a_side_goes_on_ahead() {
+        let line = |places: [f64; 4]| places.map(|x| DVec3::X * x);
+        assert!(is_straight(&line([0.0, 1.0, 2.0, 3.0]), 0, 3, 1e-6));
+        assert!(!is_straight(&line([0.0, 2.0, 1.0, 3.0]), 0, 3, 1e-6));
+        assert!(!is_straight(&line([0.0; 4]), 0, 3, 1e-6));
+    }
+
     #[test]
     fn a_box_has_six_panels() {
         let corner = |i: u32| vec3((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
@@ -377,6 +397,10 @@ mod tests {
         assert_eq!(found(&corner, &[[0, 1, 2], [0, 2, 3]]).len(), 0, "triangle");
         let (bent, bent_faces) = grid(100, 100, |x, y| vec3(x, y, 1e-5 * x * x));
         assert_eq!(found(&bent, &bent_faces).len(), 0, "bent");
+        let (bulged, _) = grid(100, 100, |x, y| vec3(x, y, 1e-4 * (x - x * x) * (y - y * y)));
+        assert_eq!(found(&bulged, &bent_faces).len(), 0, "bulged");
+        let (slanting, _) = grid(1, 1, |x, y| vec3(x * (1.0 + 0.5 * y), y, 0.0));
+        assert_eq!(found(&slanting, &[[0, 1, 3], [0, 3, 2]]).len(), 0, "one side longer");
     }
 
     /// Faces of other radiance, or that do not shine, part what lies on either side of them.
