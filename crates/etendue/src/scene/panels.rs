@@ -144,15 +144,13 @@ impl Welded {
         is_panel.then(|| Panel { faces, corner: at[0].as_vec3(), edges: [u.as_vec3(), v.as_vec3()] })
     }
 
-    /// The closed line round a group of faces, the faces on its left; `None` if there are several, or if it meets itself.
+    /// The closed line round a group of faces, the faces on its left; `None` if there are several, or if it
+    /// comes to a point twice.
     fn rim(&self, group: &[u32]) -> Option<Vec<DVec3>> {
         let mut edges: Vec<[u32; 2]> = group.iter().flat_map(|face| directed(self.corners[*face as usize])).collect();
         edges.sort_unstable();
         let is_open = |&[from, to]: &[u32; 2]| edges.binary_search(&[to, from]).is_err();
         let open: Vec<[u32; 2]> = edges.iter().copied().filter(is_open).collect();
-        if open.windows(2).any(|pair| pair[0][0] == pair[1][0]) {
-            return None;
-        }
         let start = open.first()?[0];
         let mut rim = Vec::with_capacity(open.len());
         let mut at = start;
