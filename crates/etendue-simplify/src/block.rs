@@ -39,6 +39,13 @@ pub(crate) struct Kept {
     pub face: u32,
 }
 
+/// Where the vertex of an edge goes.
+struct Goal {
+    /// Relative to the first end, before rounding.
+    place: Vec3,
+    position: Vec3,
+}
+
 /// A piece of the surface: consecutive vertices, and the faces among them.
 pub(crate) struct Block<'a> {
     pub(super) metric: &'a Metric,
@@ -184,7 +191,7 @@ impl<'a> Block<'a> {
             }
             let [a, b] = entry.ends();
             match self.plan(a, b, Attempt::of(entry)) {
-                Ok(place) => self.collapse(a, b, place),
+                Ok(goal) => self.collapse(a, b, goal),
                 Err(Refusal::Joins(c)) if self.cut([a, b, c]) => {}
                 Err(refusal) => {
                     self.refused += 1;
@@ -409,26 +416,29 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Whether the edge may be collapsed, and where its vertex goes, relative to the first end: to its best place, or to an end.
-    fn plan(&mut self, a: u32, b: u32, attempt: Attempt) -> Result<Vec3, Refusal> {
+    /// Whether the edge may be collapsed, and where its vertex goes: to its best place, or to an end.
+    fn plan(&mut self, a: u32, b: u32, attempt: Attempt) -> Result<Goal, Refusal> {
         let rule = self.metric.rule(&self.vertices[a as usize], &self.vertices[b as usize]).ok_or(Refusal::Fixed)?;
         if self.ring(a).len() + self.ring(b).len() > MOST_FACES {
             return Err(Refusal::Topology);
         }
         self.check_topology(a, b)?;
         self.check_wedges(a, b)?;
+        let [origin, end] = [a, b].map(|v| self.vertices[v as usize].position);
+        let d = sub(end, origin);
         let (place, _) = if attempt == Attempt::Best {
             let (first, second) = self.edge_quadrics(a, b);
-            let d = sub(self.vertices[b as usize].position, self.vertices[a as usize].position);
             place(&first, &second, d, rule as u32, self.metric.by_mean)
         } else {
             self.end(a, b, attempt)
         };
-        if self.turns_none(a, b, place) { Ok(place) } else { Err(Refusal::Flip) }
+        // An end is met exactly, which the sum of differences need not do.
+        let position = if place == d { end } else { add(origin, place) };
+        if self.turns_none(a, b, position) { Ok(Goal { place, position }) } else { Err(Refusal::Flip) }
     }
 
-    /// Merges the ends of an edge at `place`, relative to the first.
-    fn collapse(&mut self, a: u32, b: u32, place: Vec3) {
+    /// Merges the ends of an edge.
+    fn collapse(&mut self, a: u32, b: u32, Goal { place, position }: Goal) {
         // The one that stays where it is stays.
         let (a, b, place, [kept_first, kept_second]) =
             if self.vertices[b as usize].kind > self.vertices[a as usize].kind {
@@ -448,10 +458,9 @@ impl<'a> Block<'a> {
         let vertex = &mut self.vertices[a as usize];
         vertex.quadric = merged;
         if first.kind != Kind::Fixed {
-            // An end is met exactly, which the sum of differences need not do.
-            vertex.position = if place == d { second.position } else { add(first.position, place) };
-            if place != [0.0; 3] {
-                self.sources[a as usize] = if place == d { self.sources[b as usize] } else { MOVED };
+            vertex.position = position;
+            if position != first.position {
+                self.sources[a as usize] = if position == second.position { self.sources[b as usize] } else { MOVED };
             }
         }
         vertex.stamp = first.stamp.wrapping_add(second.stamp).wrapping_add(1);

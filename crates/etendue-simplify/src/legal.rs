@@ -3,6 +3,7 @@
 use crate::block::{Block, Kept, Refusal};
 use crate::faces::GONE;
 use crate::prepare::from_corner;
+use crate::surface::{length, normal};
 use crate::vector::{Vec3, add, area_normal, dot, sub};
 use crate::vertex::Kind;
 
@@ -99,15 +100,15 @@ impl Block<'_> {
             || self.wedge(f, b) != self.wedge(g, b)
     }
 
-    /// True if no face that stays turns too far or gets too thin when both ends go to `place`.
+    /// True if no face that stays turns too far or gets too thin when both ends go to `place`, which is what they will be at to the bit:
+    /// rounding may put corners on a line.
     pub(super) fn turns_none(&self, a: u32, b: u32, place: Vec3) -> bool {
-        let origin = self.vertices[a as usize].position;
         let facing = add(self.facing[a as usize], self.facing[b as usize]);
         for (kept, v) in self.kept.iter().zip([a, b]) {
-            let before = sub(self.vertices[v as usize].position, origin);
+            let before = self.vertices[v as usize].position;
             for face in kept {
-                let q = sub(self.vertices[face.next as usize].position, origin);
-                let r = sub(self.vertices[face.last as usize].position, origin);
+                let q = self.vertices[face.next as usize].position;
+                let r = self.vertices[face.last as usize].position;
                 let old = area_normal(before, q, r);
                 let new = area_normal(place, q, r);
                 let (old2, new2) = (dot(old, old), dot(new, new));
@@ -133,9 +134,9 @@ impl Block<'_> {
                     }
                 }
                 if new2 < THIN * THIN * longest * longest {
-                    // One that is thin already may stay so.
+                    // One that is thin already may stay so, if what is left is not rounding alone.
                     let was = longest2(before, q, r);
-                    if old2 * longest * longest >= new2 * was * was {
+                    if old2 * longest * longest >= new2 * was * was || length(normal([place, q, r])) == 0.0 {
                         return false;
                     }
                 }

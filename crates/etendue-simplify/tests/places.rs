@@ -7,7 +7,7 @@ mod shapes;
 
 use std::collections::BTreeSet;
 
-use etendue_simplify::{Mesh, Options, Placement, Target, simplify};
+use etendue_simplify::{Mesh, Options, Placement, Target, check, simplify};
 use shapes::*;
 
 /// A field of the size of 1e-30 with a vertex at 3e8, or of 1 with one at 3e38: the small ones have few digits beside the large one,
@@ -55,6 +55,26 @@ fn ends_of_edges_have_their_bits() {
             let result = simplify(&field.as_ref(), &options, &mut carry_on).unwrap();
             assert!(result.report.collapses > 0);
             assert!(bits(&result.mesh).is_subset(&bits(&field)));
+        }
+    }
+}
+
+/// A place is rounded to the digits that its coordinates have: few, far from the origin.
+#[test]
+fn rounding_puts_no_three_corners_on_a_line() {
+    for turn in 0..200 {
+        let (sin, cos) = (0.1 * f64::from(turn)).sin_cos();
+        // Two thousandths beside 4096, whose last binary digit is half a thousandth.
+        let field = moved(&grid(10, |_, _| 0.0), |p| {
+            let [x, y, _] = p.map(|x| f64::from(x) / 128.0);
+            [(4096.0 + cos * x - sin * y) as f32, (sin * x + cos * y - 100.0) as f32, 0.0]
+        });
+        let before = check(&field.as_ref()).flat.count;
+        for (faces, fast) in [(20, false), (20, true), (30, false), (30, true)] {
+            let options =
+                Options { polish: false, fast, locked: vec![35, 50, 77, 90], ..Options::new(Target::Faces(faces)) };
+            let result = simplify(&field.as_ref(), &options, &mut carry_on).unwrap();
+            assert!(check(&result.mesh.as_ref()).flat.count <= before, "turn {turn}, to {faces}");
         }
     }
 }
