@@ -91,6 +91,11 @@ impl Queue {
         self.heap.pop().map(|entry| entry.0)
     }
 
+    /// What is likely to be popped soon: first the next, then two that come before most others, and so on.
+    pub fn soon(&self) -> &[Reverse<Entry>] {
+        self.heap.as_slice()
+    }
+
     /// Raises the limit to the bucket that is not within any more; what is not `alive` is forgotten.
     pub fn raise(&mut self, limit: usize, alive: impl Fn(Entry) -> bool) {
         self.limit = self.limit.max(limit);
