@@ -19,6 +19,11 @@ const MOST_FACES: usize = 512;
 /// Edges that were refused are asked again when this part of the faces is gone.
 const AGAIN: usize = 6;
 
+/// Edges that are fetched ahead: the next, and two more levels of the heap.
+const SOON: usize = 7;
+/// By so many vertices faces are fetched ahead where all vertices are passed.
+const AHEAD: usize = 4;
+
 /// The source of a vertex that has moved from where all vertices of the input are.
 pub(crate) const MOVED: u32 = u32::MAX;
 
@@ -209,11 +214,11 @@ impl<'a> Block<'a> {
     /// what the next ones need is on its way.
     #[inline(always)]
     fn fetch_ahead(&self) {
-        for (i, entry) in self.queue.soon().iter().take(7).enumerate() {
+        for (i, entry) in self.queue.soon().iter().take(SOON).enumerate() {
             for v in entry.0.ends() {
                 match i {
                     0 => self.ring(v).iter().for_each(|&face| prefetch(&self.faces.corners[face as usize])),
-                    1 | 2 => prefetch(&self.rings[self.spans[v as usize][0] as usize]),
+                    1 | 2 => self.ring(v).iter().take(1).for_each(prefetch),
                     _ => {
                         prefetch(&self.spans[v as usize]);
                         prefetch(&self.vertices[v as usize]);
@@ -296,6 +301,10 @@ impl<'a> Block<'a> {
             let vertex = &self.vertices[a as usize];
             if vertex.dead || vertex.held {
                 continue;
+            }
+            if let Some(&[start, len]) = self.spans.get(a as usize + AHEAD) {
+                let soon = &self.rings[start as usize..(start + len) as usize];
+                soon.iter().for_each(|&face| prefetch(&self.faces.corners[face as usize]));
             }
             self.neighbours(a);
             for i in 0..self.around.len() {

@@ -5,6 +5,8 @@
 //! triangle: the shape stays as it is and closed, and has one handle fewer. Scanned surfaces have many, smaller than
 //! their noise.
 
+use etendue_accel::prefetch;
+
 use crate::block::{Block, MOVED};
 use crate::faces::Faces;
 use crate::prepare::from_corner;
@@ -97,6 +99,13 @@ impl Block<'_> {
         while next < found.len() && found.len() <= LOOK {
             let v = found[next] as usize;
             next += 1;
+            // Each is one step of a chain of indices ahead of the one before.
+            if let Some(first) = found.get(next + 8).and_then(|&far| self.ring(far).first()) {
+                prefetch(first);
+            }
+            if let Some(&near) = found.get(next + 3) {
+                self.ring(near).iter().for_each(|&face| prefetch(&self.faces.corners[face as usize]));
+            }
             // What is held has faces elsewhere, too.
             let [start, len] = self.spans[v];
             for &face in &self.rings[start as usize..(start + len) as usize] {

@@ -103,7 +103,7 @@ impl Draft {
 }
 
 /// Keeps the entries that stay.
-fn keep<T>(list: &mut Vec<T>, stays: &[bool]) {
+pub(crate) fn keep<T>(list: &mut Vec<T>, stays: &[bool]) {
     let mut stays = stays.iter();
     list.retain(|_| stays.next().is_some_and(|stays| *stays));
 }

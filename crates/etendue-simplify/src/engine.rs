@@ -10,6 +10,7 @@ use etendue_accel::TriangleMesh;
 use rayon::prelude::*;
 
 use crate::block::{Block, Piece};
+use crate::draft::keep;
 use crate::faces::Faces;
 use crate::metric::Metric;
 use crate::queue::ALL;
@@ -279,24 +280,27 @@ fn join(
     first_of: impl Fn(usize) -> usize + Sync,
     first_wedges: &[u32],
 ) {
-    let mut new_index = vec![0u32; work.vertices.len()];
-    let mut count = 0;
-    for (vertex, index) in work.vertices.iter_mut().zip(&mut new_index) {
+    let Work { vertices, facing, sources, .. } = work;
+    let is_left = |vertex: &mut Vertex| {
         vertex.held = false;
-        *index = count;
-        count += u32::from(!vertex.dead);
-    }
-    let mut next = 0;
-    work.facing.retain(|_| {
-        next += 1;
-        !work.vertices[next - 1].dead
-    });
-    let mut next = 0;
-    work.sources.retain(|_| {
-        next += 1;
-        !work.vertices[next - 1].dead
-    });
-    work.vertices.retain(|vertex| !vertex.dead);
+        !vertex.dead
+    };
+    let stays: Vec<bool> = vertices.par_iter_mut().with_min_len(1 << 12).map(is_left).collect();
+    let mut count = 0;
+    let new_index: Vec<u32> = stays
+        .iter()
+        .map(|&stays| {
+            count += u32::from(stays);
+            count - u32::from(stays)
+        })
+        .collect();
+    rayon::join(
+        || keep(vertices, &stays),
+        || {
+            keep(facing, &stays);
+            keep(sources, &stays);
+        },
+    );
     let mut new_wedge = Vec::new();
     if let Some(wedges) = &mut work.wedges {
         let mut used = vec![false; wedges.list.len()];

@@ -8,10 +8,13 @@ pub(crate) struct Rings {
     faces: Vec<u32>,
 }
 
+/// Each task has as many faces to itself, or there is one: blocks are small and made side by side.
+const PART: usize = 1 << 15;
+
 impl Rings {
     /// `faces` name vertices below `vertices`. There are fewer than 2^32 corners.
     pub fn new(vertices: usize, faces: &[[u32; 3]]) -> Self {
-        let tasks = rayon::current_num_threads().clamp(1, 8);
+        let tasks = (faces.len() / PART).clamp(1, rayon::current_num_threads().clamp(1, 8));
         let step = vertices.div_ceil(tasks).max(1);
         let mut starts = vec![0u32; vertices + 1];
         // Each task reads all faces and keeps to its own range of vertices, so the result does not depend on their number.
