@@ -13,6 +13,7 @@ use crate::isa::{Isa, Kernel, dispatch, run};
 use crate::items;
 use crate::kd::{self, KdTree};
 use crate::ray::{Hit, Ray};
+use crate::threads;
 
 /// How the kd-tree chooses its planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -99,26 +100,16 @@ pub struct Accelerator {
     bounds: Bounds,
     kind: AcceleratorKind,
     isa: Isa,
-    /// The threads that things were moved on last.
-    movers: Option<rayon::ThreadPool>,
-}
-
-/// Threads to build on.
-fn pool(threads: usize) -> Result<rayon::ThreadPool, BuildError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|index| format!("build-{index}"))
-        .build()
-        .map_err(|error| BuildError::Threads { threads, reason: error.to_string() })
 }
 
 impl Accelerator {
     /// Checks the world and builds the structure on `threads` threads (0: as many as there are processors). The
-    /// structure does not depend on their number. The world's arrays are shared, not copied.
+    /// structure does not depend on their number. The world's arrays are shared, not copied. The threads are kept for the next
+    /// build; asleep, they cost nothing.
     pub fn build(world: &World, kind: AcceleratorKind, isa: Isa, threads: usize) -> Result<Self, BuildError> {
         let (structure, bounds) =
-            pool(threads)?.install(|| items::check(world).and_then(|()| Self::structure(world, kind, isa)))?;
-        Ok(Self { world: world.clone(), structure, bounds, kind, isa, movers: None })
+            threads::on(threads, || items::check(world).and_then(|()| Self::structure(world, kind, isa)))?;
+        Ok(Self { world: world.clone(), structure, bounds, kind, isa })
     }
 
     /// The same world with other places, one for each instance: rays find what they would find in a fresh build.
@@ -135,29 +126,23 @@ impl Accelerator {
             as_before &= instance.place.is_transformed() == place.is_transformed();
             instance.place = place;
         }
-        let Self { world, structure, bounds, kind, isa, movers } = &mut self;
+        let Self { world, structure, bounds, kind, isa } = &mut self;
         if !as_before {
             return Self::build(world, *kind, *isa, threads);
         }
         items::check_places(world)?;
-        // Starting threads takes longer than a small world's next frame.
-        let pool = match movers.take() {
-            Some(pool) if threads == 0 || pool.current_num_threads() == threads => pool,
-            _ => pool(threads)?,
-        };
         *bounds = match structure {
             Structure::Brute => items::world_bounds(world)?,
             Structure::KdTree(tree) => {
-                pool.install(|| tree.move_instances(world))?;
+                threads::on(threads, || tree.move_instances(world))?;
                 tree.bounds()
             }
             Structure::Bvh(bvh) => {
-                pool.install(|| bvh.move_instances(world))?;
+                threads::on(threads, || bvh.move_instances(world))?;
                 bvh.bounds()
             }
             Structure::Flat(flat) => flat.bounds(),
         };
-        *movers = Some(pool);
         Ok(self)
     }
 

@@ -86,7 +86,10 @@ impl Geometry {
     pub(crate) fn bounds(&self) -> Bounds {
         match self {
             Self::Triangles(mesh) => {
-                Bounds::of_points(mesh.indices.iter().flatten().map(|&i| mesh.positions[i as usize]))
+                let part =
+                    |faces: &[[u32; 3]]| Bounds::of_points(faces.iter().flatten().map(|&i| mesh.positions[i as usize]));
+                let parts: Vec<Bounds> = mesh.indices.par_chunks(PART).map(part).collect();
+                parts.iter().fold(Bounds::EMPTY, |a, b| a.join(b))
             }
             Self::Spheres(spheres) => spheres.iter().map(sphere_bounds).fold(Bounds::EMPTY, |a, b| a.join(&b)),
         }
@@ -205,7 +208,7 @@ pub(crate) fn object_bounds(world: &World) -> Vec<Option<Bounds>> {
     for instance in world.instances.iter().filter(|instance| instance.place.is_transformed()) {
         used[instance.geometry as usize] = true;
     }
-    world.geometries.iter().zip(used).map(|(geometry, used)| used.then(|| geometry.bounds())).collect()
+    world.geometries.par_iter().zip(used).map(|(geometry, used)| used.then(|| geometry.bounds())).collect()
 }
 
 /// The pad of the top level.

@@ -27,6 +27,7 @@ mod shared;
 mod simd;
 mod source;
 mod sphere;
+mod threads;
 mod transform;
 mod triangle;
 

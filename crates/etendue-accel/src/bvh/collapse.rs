@@ -88,7 +88,7 @@ pub(crate) struct Arrays {
 }
 
 /// The lengths of arrays.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Lengths {
     pub nodes: usize,
     pub packs: usize,
@@ -131,41 +131,56 @@ struct Part {
     depth: usize,
 }
 
-impl Arrays {
-    /// Adds a level over items, which it reorders; so many of the first, not all, are set apart.
-    pub fn add(
-        &mut self,
-        items: &mut [Item],
-        (source, padding): (Source<'_>, Padding),
+/// A level before it has its place in the arrays: its words count from 0.
+pub(crate) struct Level<'a> {
+    items: Vec<Item>,
+    source: Source<'a>,
+    padding: Padding,
+    tree: Vec<BinaryNode>,
+    /// `None` without items.
+    whole: Option<Whole>,
+}
+
+impl<'a> Level<'a> {
+    /// Over items, of which so many of the first, not all, are set apart.
+    pub fn new(
+        mut items: Vec<Item>,
+        source: Source<'a>,
+        padding: Padding,
         apart: usize,
         isa: Isa,
-    ) -> Result<Root, BuildError> {
-        self.owners = Owners::of_level(source, self.packs.len());
+    ) -> Result<Self, BuildError> {
         if items.is_empty() {
-            return Ok(Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0, others: None });
+            return Ok(Self { items, source, padding, tree: Vec::new(), whole: None });
         }
-        let tree = build::build(items, source, apart, isa)?;
-        let planner = Planner { tree: &tree, items, source };
-        let plan = planner.whole(self.lengths(), apart > 0)?;
-        let Whole { word, others, plan: Plan { drafts, packs, spheres, instances, depth } } = plan;
+        let tree = build::build(&mut items, source, apart, isa)?;
+        let whole = Planner { tree: &tree, items: &items, source }.whole(apart > 0)?;
+        Ok(Self { items, source, padding, tree, whole: Some(whole) })
+    }
+}
+
+impl Arrays {
+    /// Puts a level behind the others. With `exact` it is given no more room than it needs: nothing is to follow.
+    pub fn append(&mut self, level: Level<'_>, exact: bool, isa: Isa) -> Result<Root, BuildError> {
+        let Level { items, source, padding, tree, whole } = level;
+        self.owners = Owners::of_level(source, self.packs.len());
+        let Some(whole) = whole else {
+            return Ok(Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0, others: None });
+        };
+        let Whole { word, others, plan } = whole.behind(&self.lengths())?;
+        let Plan { drafts, packs, spheres, instances, depth } = plan;
         append(&mut self.spheres, spheres, "spheres")?;
         append(&mut self.instances, instances, "transformed instances")?;
-        let bytes = |count: usize, size: usize| (count as u64).saturating_mul(size as u64);
-        self.nodes
-            .try_reserve_exact(drafts.len())
-            .map_err(|_| BuildError::Memory { what: "nodes", bytes: bytes(drafts.len(), size_of::<Node>()) })?;
-        self.packs
-            .try_reserve_exact(packs.len())
-            .map_err(|_| BuildError::Memory { what: "packs", bytes: bytes(packs.len(), size_of::<Pack>()) })?;
-        ask_for_huge_pages(&mut self.nodes);
-        ask_for_huge_pages(&mut self.packs);
-        self.nodes.par_extend(drafts.par_iter().map(|draft| run(isa, Written { draft, tree: &tree })));
-        let items = &*items;
-        self.packs.par_extend(packs.par_iter().map(|&range| pack(items_of(items, range), source)));
+        grow(&mut self.nodes, drafts.len(), exact, "nodes")?;
+        grow(&mut self.packs, packs.len(), exact, "packs")?;
+        let drafts = drafts.par_iter().with_min_len(LEAST);
+        self.nodes.par_extend(drafts.map(|draft| run(isa, Written { draft, tree: &tree })));
+        let written = packs.par_iter().with_min_len(LEAST);
+        self.packs.par_extend(written.map(|&range| pack(items_of(&items, range), source)));
         if let Owners::Each { lanes, .. } = &mut self.owners {
             *lanes = room("owners of triangles", packs.len())?;
             lanes.par_extend(packs.par_iter().map(|&range| {
-                let items = items_of(items, range);
+                let items = items_of(&items, range);
                 std::array::from_fn(|lane| items.get(lane).map_or(0, |item| item.id().instance))
             }));
         }
@@ -208,10 +223,25 @@ fn append<T>(to: &mut Vec<T>, mut from: Vec<T>, what: &'static str) -> Result<()
     Ok(())
 }
 
+/// Makes room for more at the end of an array; if not exactly so much, then so much that the array is seldom moved.
+fn grow<T>(array: &mut Vec<T>, more: usize, exact: bool, what: &'static str) -> Result<(), BuildError> {
+    if array.capacity() - array.len() >= more {
+        return Ok(());
+    }
+    let reserved = if exact { array.try_reserve_exact(more) } else { array.try_reserve(more) };
+    let bytes = (more as u64).saturating_mul(size_of::<T>() as u64);
+    reserved.map_err(|_| BuildError::Memory { what, bytes })?;
+    ask_for_huge_pages(array);
+    Ok(())
+}
+
+/// Nodes or packs that are no work for several threads.
+const LEAST: usize = 64;
+
 /// Subtrees of at most this many items are planned by one thread, if there are more in all.
 const PART: usize = 1 << 14;
 
-/// The plan of a whole tree, with words as they are in the arrays.
+/// The plan of a whole tree.
 struct Whole {
     word: u32,
     /// See [`Root::others`].
@@ -219,17 +249,25 @@ struct Whole {
     plan: Plan,
 }
 
+impl Whole {
+    /// The same where the arrays have these lengths already.
+    fn behind(mut self, lengths: &Lengths) -> Result<Self, BuildError> {
+        self.plan.lengths().plus(lengths).check()?;
+        self.plan.move_words(0, lengths);
+        let (word, others) = (moved(self.word, lengths), self.others.map(|word| moved(word, lengths)));
+        Ok(Self { word, others, ..self })
+    }
+}
+
 impl Planner<'_> {
-    /// Plans a tree whose arrays have these lengths already. With `apart` the root's children are the halves of the tree.
-    fn whole(&self, lengths: Lengths, apart: bool) -> Result<Whole, BuildError> {
+    /// Plans a tree. With `apart` the root's children are the halves of the tree.
+    fn whole(&self, apart: bool) -> Result<Whole, BuildError> {
         let (mut plan, mut parts) = (Plan::default(), Vec::new());
         let mut later = (self.items.len() > PART).then_some(&mut parts);
-        let mut word = match apart {
+        let word = match apart {
             true => self.node(&[1, self.tree[0].right as usize], 1, &mut plan, &mut later)?,
             false => self.child(0, 1, &mut plan, &mut later)?,
         };
-        word = moved(word, &lengths);
-        plan.move_words(0, &lengths);
         let plan_part = |part: &Part| {
             let mut plan = Plan::default();
             let word = self.child(part.index, part.depth, &mut plan, &mut None)?;
@@ -238,13 +276,13 @@ impl Planner<'_> {
         let planned: Vec<Result<(u32, Plan), BuildError>> = parts.par_iter().map(plan_part).collect();
         for (part, planned) in parts.iter().zip(planned) {
             let (word, next) = planned?;
-            let start = plan.lengths().plus(&lengths);
+            let start = plan.lengths();
             start.plus(&next.lengths()).check()?;
             let (draft, child) = part.parent;
             plan.drafts[draft].words[child] = moved(word, &start);
             plan.add(next, &start)?;
         }
-        plan.lengths().plus(&lengths).check()?;
+        plan.lengths().check()?;
         let others = apart.then(|| plan.drafts[0].words[1]);
         Ok(Whole { word, others, plan })
     }
@@ -347,6 +385,9 @@ impl Plan {
 
     /// Lets the words of drafts, from one on, count from elsewhere.
     fn move_words(&mut self, first: usize, start: &Lengths) {
+        if *start == Lengths::default() {
+            return;
+        }
         for draft in &mut self.drafts[first..] {
             let count = draft.count;
             draft.words[..count].iter_mut().for_each(|word| *word = moved(*word, start));

@@ -23,7 +23,7 @@ use crate::padding::Padding;
 use crate::simd::STACK_ROOM;
 use crate::source::Source;
 
-use collapse::{Arrays, Lengths, Root};
+use collapse::{Arrays, Lengths, Level, Root};
 use large::Large;
 use node::{Node, Pack};
 pub(crate) use traverse::Trace;
@@ -53,9 +53,8 @@ impl Bvh {
     pub fn build(world: &World, isa: Isa) -> Result<Self, BuildError> {
         let mut arrays = Arrays::default();
         let bounds = items::object_bounds(world);
-        let objects = levels::objects(world, &bounds, |mut items, source, padding| {
-            arrays.add(&mut items, (source, padding), 0, isa)
-        })?;
+        let prepare = |items, source, padding| Level::new(items, source, padding, 0, isa);
+        let objects = levels::objects(world, &bounds, prepare, |level| arrays.append(level, false, isa))?;
         let top_start = arrays.lengths();
         let padding = Padding::new(&Bounds::EMPTY, []);
         let top = Root { word: None, bounds: Bounds::EMPTY, padding, depth: 0, others: None };
@@ -71,7 +70,8 @@ impl Bvh {
         let apart = large::choose(&mut items, world, self.isa);
         let apart = if apart < items.len() { apart } else { 0 };
         let flat = (apart > 0).then(|| Flat::of_triangles(world, &items[..apart])).transpose()?;
-        self.top = self.arrays.add(&mut items, (Source::Top(world), padding), apart, self.isa)?;
+        let top = Level::new(items, Source::Top(world), padding, apart, self.isa)?;
+        self.top = self.arrays.append(top, true, self.isa)?;
         self.large = flat.map(|flat| Large { flat, boxes: self.boxes_of_others() });
         // Each node on the way replaces one entry by at most eight; a level has one at its bottom; vectors are stored whole.
         self.stack_len = (node::WIDTH - 1) * self.depth() + 3 + STACK_ROOM;
@@ -155,6 +155,66 @@ mod tests {
         let one = bytes(1, Isa::Portable);
         assert!(one == bytes(2, Isa::Portable) && one == bytes(5, Isa::Portable));
         assert!(Isa::available().into_iter().all(|isa| one == bytes(3, isa)));
+    }
+
+    /// So many geometries, each placed by a transform.
+    fn shared(sizes: impl Iterator<Item = u32>) -> World {
+        let geometries: Vec<Geometry> = sizes.map(|size| scattered(size).geometries.remove(0)).collect();
+        let place = Place::Fixed(Transform::IDENTITY);
+        let instances =
+            (0..geometries.len() as u32).map(|geometry| Instance { geometry, place: place.clone(), mask: 1 });
+        World { instances: instances.collect(), geometries }
+    }
+
+    /// More than are built side by side, some empty.
+    #[test]
+    fn geometries_built_side_by_side_stay_in_their_order() {
+        let sizes = [40, 70_000, 0, 3, 90_000, 120_000, 1, 9000, 0];
+        let world = shared(sizes.into_iter());
+        let built = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Bvh::build(&world, Isa::detect())).unwrap()
+        };
+        let (one, many) = (built(1), built(5));
+        assert!(bytemuck::cast_slice::<_, u8>(&one.arrays.nodes) == bytemuck::cast_slice::<_, u8>(&many.arrays.nodes));
+        assert!(bytemuck::cast_slice::<_, u8>(&one.arrays.packs) == bytemuck::cast_slice::<_, u8>(&many.arrays.packs));
+        let mut pack = 0;
+        for (size, object) in sizes.into_iter().zip(&one.objects) {
+            let object = object.unwrap();
+            assert_eq!(object.word.is_none(), size == 0);
+            let mut seen = 0;
+            let mut pending: Vec<u32> = object.word.into_iter().collect();
+            while let Some(word) = pending.pop() {
+                match node::Child::of(word) {
+                    node::Child::Node(index) => pending.extend(one.arrays.nodes[index as usize].used().map(|c| c.1)),
+                    node::Child::Packs { first, count } => {
+                        assert!(first >= pack);
+                        let packs = &one.arrays.packs[first as usize..(first + count) as usize];
+                        seen += packs.iter().flat_map(|p| p.corners[0][0]).filter(|x| !x.is_nan()).count();
+                    }
+                    _ => panic!("there are only triangles"),
+                }
+            }
+            assert_eq!(seen, size as usize);
+            pack += size.div_ceil(node::LANES as u32);
+        }
+    }
+
+    /// Each level once made room for itself alone, and all nodes before it were moved.
+    #[test]
+    fn arrays_of_many_geometries_are_not_moved_for_each() {
+        let world = shared((0..400).map(|_| 60));
+        let bounds = items::object_bounds(&world);
+        let (mut arrays, mut moves) = (Arrays::default(), 0);
+        let prepare = |items, source, padding| Level::new(items, source, padding, 0, Isa::Portable);
+        levels::objects(&world, &bounds, prepare, |level| {
+            let before = (arrays.nodes.capacity(), arrays.packs.capacity());
+            let root = arrays.append(level, false, Isa::Portable);
+            moves += usize::from(before != (arrays.nodes.capacity(), arrays.packs.capacity()));
+            root
+        })
+        .unwrap();
+        assert!(arrays.packs.len() > 400 && moves < 40, "moved {moves} times");
     }
 
     #[test]

@@ -91,8 +91,8 @@ pub(crate) struct KdTree {
 impl KdTree {
     pub fn build(world: &World, split: KdTreeSplit) -> Result<Self, BuildError> {
         let bounds = items::object_bounds(world);
-        let objects =
-            levels::objects(world, &bounds, |items, source, padding| Level::build(&items, source, padding, split))?;
+        let build = |items: Vec<Item>, source: Source<'_>, padding| Level::build(&items, source, padding, split);
+        let objects = levels::objects(world, &bounds, build, Ok)?;
         Ok(Self { top: Self::top(world, &bounds, split)?, objects, split })
     }
 
