@@ -33,6 +33,15 @@ impl Bounds {
         }
     }
 
+    /// What both hold.
+    #[inline(always)]
+    pub(crate) fn meet(&self, other: &Self) -> Self {
+        Self {
+            min: std::array::from_fn(|a| greatest(self.min[a], other.min[a])),
+            max: std::array::from_fn(|a| least(self.max[a], other.max[a])),
+        }
+    }
+
     /// True if it holds no point.
     pub(crate) fn is_empty(&self) -> bool {
         (0..3).any(|a| self.min[a] > self.max[a])

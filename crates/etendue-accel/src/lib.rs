@@ -8,6 +8,7 @@ mod accelerator;
 mod bounds;
 mod brute;
 mod bvh;
+mod clip;
 mod error;
 mod flat;
 mod geometry;

@@ -17,7 +17,8 @@
 //! rounded sheared points: there are convex weights whose combination of vertices, P, has t* = (P - o).z / dz with
 //! |o + t* d - P| <= 6.1 u R. The computed t differs from t* by the rounding of the depths (3 u R in space: v - o, 1/dz
 //! and their product) and of t itself (u R); weights come from f64 and add nothing that counts. |t - t*| |d| <= 4.1 u R,
-//! and clamping t to the hull of the depths does not increase it. Together |o + t d - P| <= 10.2 u R.
+//! and clamping t to the hull of the depths does not increase it. Together |o + t d - P| <= 10.2 u R. Where a triangle is in a tree
+//! in pieces, P is in the box of one of them.
 //!
 //! # Spheres
 //!

@@ -286,6 +286,40 @@ fn slivers() {
     check("slivers", &world);
 }
 
+/// Long triangles any way round, which the tree holds in pieces: at rest, in instances, moving, twice, without area, beside even ones
+/// and far from the origin.
+#[test]
+fn triangles_in_pieces() {
+    for (index, shift) in [[0.0; 3], [300.0, -2000.0, 1000.0]].into_iter().enumerate() {
+        let mut rng = Rng(24);
+        let (mut positions, mut indices) = (Vec::new(), Vec::new());
+        for i in 0..400_u32 {
+            let (a, along) = (rng.point(1.0), scale(rng.direction(), rng.range(0.3, 1.5)));
+            let b = add(a, along);
+            let c = match i % 8 {
+                0 => b,
+                1 => add(a, scale(along, 0.5)),
+                2 => add(a, scale(along, 0.3)).map(|x| x + 1e-7),
+                3 => add(a, rng.point(1.0)),
+                _ => add(a, rng.point(0.02)),
+            };
+            positions.extend([a, b, c].map(|p| add(p, shift)));
+            indices.push([3 * i, 3 * i + 1, 3 * i + 2]);
+            if i % 5 == 0 {
+                indices.push([3 * i + 1, 3 * i, 3 * i + 2]);
+            }
+        }
+        let geometries = vec![triangles(&mesh(positions, indices)), soup(&mut rng, 60, 0.2)];
+        let linear = rng.linear();
+        let middle = [0, 1, 2].map(|r| dot(linear[r], shift));
+        let seen = Instance { mask: 2, ..plain(0) };
+        let on_its_way = moving(&mut rng, 0, linear, sub(shift, middle), 3, 0.5);
+        let instances = vec![plain(0), seen, placed(0, linear, sub(shift, middle)), on_its_way, plain(1)];
+        let found = compare("pieces", &World { geometries, instances }, ray_count() / 8, index as u64);
+        assert!(found > ray_count() / 80, "{index}: {found}");
+    }
+}
+
 #[test]
 fn nested_spheres() {
     let mut rng = Rng(12);

@@ -62,6 +62,16 @@ fn soup(count: u32, size: f32, rng: &mut Rng) -> TriangleMesh {
     mesh(positions, (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }
 
+/// Long and thin, so that the tree holds them in pieces.
+fn needles(count: u32, rng: &mut Rng) -> TriangleMesh {
+    let mut positions = Vec::new();
+    for _ in 0..count {
+        let (start, along) = (rng.point(1.0), scale(rng.direction(), 1.5));
+        positions.extend([start, add(start, along), add(start, rng.point(0.01))]);
+    }
+    mesh(positions, (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
+}
+
 fn worlds(rng: &mut Rng) -> Vec<(&'static str, TriangleMesh)> {
     let ball = ball(4);
     let far = mapped(&ball, |p| add(p, [1000.0, -3000.0, 5000.0]));
@@ -69,6 +79,8 @@ fn worlds(rng: &mut Rng) -> Vec<(&'static str, TriangleMesh)> {
     vec![
         ("soup", soup(700, 0.3, rng)),
         ("dust", soup(700, 1e-4, rng)),
+        ("needles", needles(600, rng)),
+        ("large needles", mapped(&needles(600, rng), |p| scale(p, 3e14))),
         ("box", subdivided_box(9)),
         ("flat", mapped(&subdivided_box(6), |[x, y, _]| [x, y, 0.0])),
         ("torus", torus(40, 20)),

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::build::{self, BinaryNode};
 use super::node::{Child, LANES, Node, Pack, WIDTH};
+use super::pieces;
 use crate::bounds::Bounds;
 use crate::error::{BuildError, limited, room};
 use crate::geometry::Sphere;
@@ -142,7 +143,7 @@ pub(crate) struct Level<'a> {
 }
 
 impl<'a> Level<'a> {
-    /// Over items, of which so many of the first, not all, are set apart.
+    /// Over items, of which so many of the first, not all, are set apart. Others may be cut in pieces.
     pub fn new(
         mut items: Vec<Item>,
         source: Source<'a>,
@@ -153,6 +154,7 @@ impl<'a> Level<'a> {
         if items.is_empty() {
             return Ok(Self { items, source, padding, tree: Vec::new(), whole: None });
         }
+        pieces::cut(&mut items, apart, source)?;
         let tree = build::build(&mut items, source, apart, isa)?;
         let whole = Planner { tree: &tree, items: &items, source }.whole(apart > 0)?;
         Ok(Self { items, source, padding, tree, whole: Some(whole) })

@@ -8,6 +8,7 @@ mod divide;
 mod large;
 pub(crate) mod node;
 mod packets;
+mod pieces;
 mod refit;
 mod rounds;
 mod traverse;
@@ -127,14 +128,18 @@ mod tests {
     use super::*;
     use crate::{Geometry, Instance, Place, Transform, TriangleMesh};
 
-    /// Large enough for parallel bins and parallel halves.
-    fn scattered(count: u32) -> World {
+    /// Triangles of a size at random places in a unit cube.
+    fn scattered(count: u32, size: f32) -> World {
         let mut state = 7_u32;
         let mut random = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / (1 << 24) as f32
         };
-        let positions: Vec<[f32; 3]> = (0..3 * count).map(|_| [random(), random(), random()]).collect();
+        let mut positions: Vec<[f32; 3]> = Vec::new();
+        for _ in 0..count {
+            let place = [random(), random(), random()].map(|x| (1.0 - size) * x);
+            positions.extend((0..3).map(|_| place.map(|x| x + size * random())));
+        }
         let indices: Vec<[u32; 3]> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let mesh = TriangleMesh { positions: positions.into(), indices: indices.into() };
         let placed = Instance { geometry: 0, place: Place::Fixed(Transform::IDENTITY), mask: 1 };
@@ -142,9 +147,10 @@ mod tests {
         World { geometries: vec![Geometry::Triangles(mesh)], instances }
     }
 
+    /// Large enough for parallel bins and parallel halves, and cut in pieces.
     #[test]
     fn threads_and_instruction_sets_leave_no_trace() {
-        let world = scattered(100_000);
+        let world = scattered(100_000, 1.0);
         let bytes = |threads: usize, isa: Isa| -> Vec<u8> {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let bvh = pool.install(|| Bvh::build(&world, isa)).unwrap();
@@ -159,7 +165,7 @@ mod tests {
 
     /// So many geometries, each placed by a transform.
     fn shared(sizes: impl Iterator<Item = u32>) -> World {
-        let geometries: Vec<Geometry> = sizes.map(|size| scattered(size).geometries.remove(0)).collect();
+        let geometries: Vec<Geometry> = sizes.map(|size| scattered(size, 0.01).geometries.remove(0)).collect();
         let place = Place::Fixed(Transform::IDENTITY);
         let instances =
             (0..geometries.len() as u32).map(|geometry| Instance { geometry, place: place.clone(), mask: 1 });
@@ -217,31 +223,23 @@ mod tests {
         assert!(arrays.packs.len() > 400 && moves < 40, "moved {moves} times");
     }
 
-    #[test]
-    fn every_triangle_is_in_one_leaf_inside_its_boxes() {
-        let world = scattered(50_000);
-        let bvh = Bvh::build(&world, Isa::detect()).unwrap();
+    /// The boxes of the leaves that each triangle of the first instance is in. Boxes hold those of their children.
+    fn leaves(bvh: &Bvh, count: usize) -> Vec<Vec<Bounds>> {
         let arrays = &bvh.arrays;
-        let mut seen = vec![0; 50_000];
+        let mut leaves = vec![Vec::new(); count];
         let mut pending = vec![(bvh.top.word.unwrap(), bvh.top.bounds)];
         while let Some((word, bounds)) = pending.pop() {
             match node::Child::of(word) {
                 node::Child::Node(index) => {
-                    let node = &arrays.nodes[index as usize];
-                    for (i, &child) in node.children.iter().enumerate() {
-                        let at = |row: usize| node.rows[row][i];
-                        let inner = Bounds { min: [at(0), at(2), at(4)], max: [at(1), at(3), at(5)] };
-                        if !inner.is_empty() {
-                            assert_eq!(bounds.join(&inner), bounds);
-                            pending.push((child, inner));
-                        }
+                    for (inner, child) in arrays.nodes[index as usize].used() {
+                        assert_eq!(bounds.join(&inner), bounds);
+                        pending.push((child, inner));
                     }
                 }
                 node::Child::Packs { first, count } => {
                     for pack in &arrays.packs[first as usize..(first + count) as usize] {
                         for lane in (0..node::LANES).filter(|&lane| !pack.corners[0][0][lane].is_nan()) {
-                            assert_eq!(bounds.join(&Bounds::of_points(pack.triangle(lane))), bounds);
-                            seen[pack.primitive[lane] as usize] += 1;
+                            leaves[pack.primitive[lane] as usize].push(bounds);
                         }
                     }
                 }
@@ -249,6 +247,36 @@ mod tests {
                 node::Child::Instance(index) => assert_eq!(arrays.instances[index as usize], 1),
             }
         }
-        assert!(seen.iter().all(|&times| times == 1));
+        leaves
+    }
+
+    #[test]
+    fn every_small_triangle_is_in_one_leaf() {
+        let world = scattered(50_000, 0.01);
+        let bvh = Bvh::build(&world, Isa::detect()).unwrap();
+        let Geometry::Triangles(mesh) = &world.geometries[0] else { panic!("there are triangles") };
+        for (face, leaves) in leaves(&bvh, mesh.indices.len()).iter().enumerate() {
+            assert_eq!(leaves.len(), 1);
+            assert_eq!(leaves[0].join(&Bounds::of_points(mesh.corners(face))), leaves[0]);
+        }
+    }
+
+    #[test]
+    fn every_point_of_a_triangle_in_pieces_is_in_a_leaf_with_it() {
+        let world = scattered(5_000, 1.0);
+        let bvh = Bvh::build(&world, Isa::detect()).unwrap();
+        let Geometry::Triangles(mesh) = &world.geometries[0] else { panic!("there are triangles") };
+        let all = leaves(&bvh, mesh.indices.len());
+        assert!(all.iter().map(Vec::len).sum::<usize>() > 6_000, "some are cut");
+        for (face, leaves) in all.iter().enumerate() {
+            let [a, b, c] = mesh.corners(face).map(|corner| corner.map(f64::from));
+            for (i, j) in (0..=12).flat_map(|i| (0..=12 - i).map(move |j| (i, j))) {
+                let (v, w) = (f64::from(i) / 12.0, f64::from(j) / 12.0);
+                let p: [f64; 3] = std::array::from_fn(|x| a[x] + v * (b[x] - a[x]) + w * (c[x] - a[x]));
+                let holds =
+                    |leaf: &Bounds| (0..3).all(|x| f64::from(leaf.min[x]) <= p[x] && p[x] <= f64::from(leaf.max[x]));
+                assert!(leaves.iter().any(holds), "{face}: {p:?}");
+            }
+        }
     }
 }

@@ -196,12 +196,6 @@ impl Pack {
         }
         sheared
     }
-
-    /// The corners of one triangle.
-    #[cfg(test)]
-    pub fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
-        std::array::from_fn(|corner| std::array::from_fn(|axis| self.corners[corner][axis][lane]))
-    }
 }
 
 #[cfg(test)]
