@@ -12,6 +12,7 @@ use crate::{
     math::{PI, Vec3, sin_cos_turns, vec3},
     parallel,
 };
+use etendue_accel::{Isa, Kernel, run};
 use std::sync::LazyLock;
 
 /// Directional albedo of GGX facets with Schlick's reflectance, `F0 + (1 - F0) (1 - cos)^5`, as a linear function of F0.
@@ -38,7 +39,7 @@ impl Facets {
 }
 
 /// (1 - cos)^5.
-#[inline]
+#[inline(always)]
 pub fn schlick_weight(cos: f32) -> f32 {
     let m = (1.0 - cos).clamp(0.0, 1.0);
     let m2 = m * m;
@@ -113,23 +114,23 @@ struct FacetTables {
 
 static FACETS: LazyLock<FacetTables> = LazyLock::new(|| {
     let least = ALPHA_MIN.sqrt();
-    let at = table(|row, cos| {
+    let at = table(|row| {
         let root = least + (1.0 - least) * width(row, ROWS);
-        sum_facets(cos, (root * root).max(ALPHA_MIN))
+        run(Isa::detect(), FacetsOf { alpha: (root * root).max(ALPHA_MIN) })
     });
     FacetTables { average: std::array::from_fn(|row| average(&at[row])), at }
 });
 
 static SHEEN: LazyLock<[[f32; COLUMNS]; SHEEN_ROWS]> = LazyLock::new(|| {
-    table(|row, cos| {
+    table(|row| {
         let alpha = sheen::ALPHA_MIN + (1.0 - sheen::ALPHA_MIN) * width(row, SHEEN_ROWS);
-        sum_sheen(cos, alpha)
+        std::array::from_fn(|column| sum_sheen(cosine(column), alpha))
     })
 });
 
 /// A table over row and cosine. Rows are made on several threads, since the first path that meets the lobe waits for all.
-fn table<T: Copy + Send, const N: usize>(entry: impl Fn(usize, f32) -> T + Sync) -> [[T; COLUMNS]; N] {
-    let rows: Vec<[T; COLUMNS]> = parallel::map(N, |row| std::array::from_fn(|column| entry(row, cosine(column))));
+fn table<T: Copy + Send, const N: usize>(of_row: impl Fn(usize) -> [T; COLUMNS] + Sync) -> [[T; COLUMNS]; N] {
+    let rows = parallel::map(N, of_row);
     std::array::from_fn(|row| rows[row])
 }
 
@@ -175,23 +176,40 @@ fn direction(cos: f32) -> Vec3 {
     vec3(((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt(), 0.0, cos)
 }
 
-/// Sums the weights of visible normals, u being 1 less the square of a midpoint because what is lost is lost where
-/// normals are steep, at u near 1.
-fn sum_facets(cos: f32, alpha: f32) -> Facets {
-    let Some(ggx) = Ggx::new(alpha, alpha) else { return Width::Mirror.facets(cos) };
-    let wo = direction(cos);
-    let (mut all, mut bias) = (0.0, 0.0);
-    for [u, v] in grid() {
-        let m = ggx.sample_visible(wo, [v, 1.0 - u * u]);
-        let wi = reflected(wo, m);
-        if wi.z > 0.0 {
-            let weight = ggx.reflection_weight(wo, wi) * (2.0 * u);
-            all += weight;
-            bias += weight * schlick_weight(wo.dot(m));
+/// A row of the table of facets, all columns at once.
+struct FacetsOf {
+    alpha: f32,
+}
+
+impl Kernel for FacetsOf {
+    type Output = [Facets; COLUMNS];
+
+    /// Sums the weights of visible normals, u being 1 less the square of a midpoint because what is lost is lost where
+    /// normals are steep, at u near 1.
+    #[inline(always)]
+    fn run(self) -> [Facets; COLUMNS] {
+        let Some(ggx) = Ggx::new(self.alpha, self.alpha) else {
+            return std::array::from_fn(|column| Width::Mirror.facets(cosine(column)));
+        };
+        let mut wo = [Vec3::ZERO; COLUMNS];
+        for (column, wo) in wo.iter_mut().enumerate() {
+            *wo = direction(cosine(column));
         }
+        let (mut all, mut bias) = ([0.0; COLUMNS], [0.0; COLUMNS]);
+        for [u, v] in grid() {
+            for column in 0..COLUMNS {
+                let wo = wo[column];
+                let m = ggx.sample_visible(wo, [v, 1.0 - u * u]);
+                let wi = reflected(wo, m);
+                let weight = ggx.reflection_weight(wo, wi) * (2.0 * u);
+                let weight = if wi.z > 0.0 { weight } else { 0.0 };
+                all[column] += weight;
+                bias[column] += weight * schlick_weight(wo.dot(m));
+            }
+        }
+        let share = 1.0 / (POINTS * POINTS) as f32;
+        std::array::from_fn(|i| Facets { scale: (all[i] - bias[i]) * share, bias: bias[i] * share })
     }
-    let share = 1.0 / (POINTS * POINTS) as f32;
-    Facets { scale: (all - bias) * share, bias: bias * share }
 }
 
 /// Sums over the hemisphere, z being the square of a midpoint because the integrand is steepest at the horizon.

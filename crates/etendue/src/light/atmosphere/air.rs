@@ -1,6 +1,6 @@
 //! What the air is made of, and how much of it is in the way.
 
-use super::bands::{BANDS, Bands, at_middles, ozone};
+use super::bands::{Bands, LANES, at_middles, ozone};
 use crate::{math::exp_wide, parallel};
 use etendue_accel::{Isa, Kernel, run};
 use std::f64::consts::PI;
@@ -81,8 +81,8 @@ impl Air {
     #[inline(always)]
     pub fn depth(&self, amounts: Amounts) -> Bands {
         let [molecules, aerosol, ozone] = &self.extinction;
-        let mut depth = [0.0; BANDS];
-        for i in 0..BANDS {
+        let mut depth = [0.0; LANES];
+        for i in 0..LANES {
             depth[i] = molecules[i] * amounts[0] + aerosol[i] * amounts[1] + ozone[i] * amounts[2];
         }
         depth
@@ -101,7 +101,7 @@ impl Air {
     /// Scattering by all parts at these densities, without what goes straight on, 1/m.
     #[inline(always)]
     pub fn scattering(&self, densities: Amounts) -> Bands {
-        let mut scattering = [0.0; BANDS];
+        let mut scattering = [0.0; LANES];
         for (i, sum) in scattering.iter_mut().enumerate() {
             *sum = self.molecular[i] * densities[0] + self.broad[i] * densities[1];
         }
@@ -161,19 +161,48 @@ impl Columns {
         Self(parallel::map(RADII, row).concat())
     }
 
-    /// Amounts from radius `r` to the top; of directions that meet the ground those of the horizon.
+    /// The tables at radius `r`.
     #[inline(always)]
-    fn amounts(&self, r: f64, mu: f64) -> Amounts {
+    pub fn at(&self, r: f64) -> ColumnsFrom<'_> {
         let (rho, far) = (horizon_distance(r), horizon_distance(TOP));
-        let (nearest, farthest) = (TOP - r, rho + far);
-        let d = to_top(r, mu.max(horizon_cosine(r)));
-        let x = (d - nearest) / (farthest - nearest).max(1.0) * (DIRECTIONS - 1) as f64;
-        let y = rho / far * (RADII - 1) as f64;
-        let (i, fx) = cell(x, DIRECTIONS);
-        let (j, fy) = cell(y, RADII);
-        let place = j * DIRECTIONS + i;
-        let [a, b] = [self.0[place], self.0[place + 1]];
-        let [c, d] = [self.0[place + DIRECTIONS], self.0[place + DIRECTIONS + 1]];
+        let nearest = TOP - r;
+        let (row, part) = cell(rho / far * (RADII - 1) as f64, RADII);
+        ColumnsFrom {
+            rows: &self.0[row * DIRECTIONS..(row + 2) * DIRECTIONS],
+            part,
+            r,
+            horizon: horizon_cosine(r),
+            half_sun: SUN_RADIUS * GROUND / r,
+            nearest,
+            span: (rho + far - nearest).max(1.0),
+        }
+    }
+}
+
+/// [`Columns`] as seen from one radius: what does not depend on the direction.
+pub struct ColumnsFrom<'a> {
+    /// Of the two nearest radii in the table.
+    rows: &'a [Amounts],
+    /// How far between them.
+    part: f64,
+    r: f64,
+    /// Cosine of the horizon.
+    horizon: f64,
+    /// Change of the cosine from the sun's middle to its rim.
+    half_sun: f64,
+    /// Distance straight up to the top, and by how much that to the top beyond the horizon is longer.
+    nearest: f64,
+    span: f64,
+}
+
+impl ColumnsFrom<'_> {
+    /// Amounts up to the top; of directions that meet the ground those of the horizon.
+    #[inline(always)]
+    fn amounts(&self, mu: f64) -> Amounts {
+        let d = to_top(self.r, mu.max(self.horizon));
+        let (i, fx) = cell((d - self.nearest) / self.span * (DIRECTIONS - 1) as f64, DIRECTIONS);
+        let (lower, upper) = self.rows.split_at(DIRECTIONS);
+        let ([a, b], [c, d], fy) = ([lower[i], lower[i + 1]], [upper[i], upper[i + 1]], self.part);
         let mut amounts = [0.0; 3];
         for k in 0..3 {
             let (row, next) = (a[k] * (1.0 - fx) + b[k] * fx, c[k] * (1.0 - fx) + d[k] * fx);
@@ -182,27 +211,25 @@ impl Columns {
         amounts
     }
 
-    /// Fraction of sunlight that arrives at radius `r` where the sun's cosine against the vertical is `mu`; the sun sets
-    /// over its width.
+    /// Fraction of sunlight that arrives where the sun's cosine against the vertical is `mu`; the sun sets over its width.
     #[inline(always)]
-    pub fn sunlight(&self, air: &Air, r: f64, mu: f64) -> Bands {
-        let half = SUN_RADIUS * GROUND / r;
-        let t = ((mu - horizon_cosine(r)) / half * 0.5 + 0.5).clamp(0.0, 1.0);
+    pub fn sunlight(&self, air: &Air, mu: f64) -> Bands {
+        let t = ((mu - self.horizon) / self.half_sun * 0.5 + 0.5).clamp(0.0, 1.0);
         if t == 0.0 {
-            return [0.0; BANDS];
+            return [0.0; LANES];
         }
         let visible = t * t * (3.0 - 2.0 * t);
-        let mut bands = self.unobstructed(air, r, mu);
+        let mut bands = self.unobstructed(air, mu);
         for band in &mut bands {
             *band *= visible;
         }
         bands
     }
 
-    /// Fraction of light from outside that arrives at radius `r` if the ground is not in the way; below the horizon as at it.
+    /// Fraction of light from outside that arrives if the ground is not in the way; below the horizon as at it.
     #[inline(always)]
-    pub fn unobstructed(&self, air: &Air, r: f64, mu: f64) -> Bands {
-        air.transmittance(self.amounts(r, mu))
+    pub fn unobstructed(&self, air: &Air, mu: f64) -> Bands {
+        air.transmittance(self.amounts(mu))
     }
 }
 
@@ -220,25 +247,6 @@ pub fn cell(x: f64, count: usize) -> (usize, f64) {
     (i, x - i as f64)
 }
 
-/// Amounts over distance `d`, by Simpson's rule in steps that are short where the path is lowest.
-#[inline(always)]
-fn column(r: f64, mu: f64, d: f64) -> Amounts {
-    const STEPS: usize = 64;
-    let mut sum = [0.0; 3];
-    for i in 0..=STEPS {
-        let t = i as f64 / STEPS as f64;
-        let weight = if i == 0 || i == STEPS { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
-        // s = d t^2, ds = 2 d t dt.
-        let (there, _) = along(r, mu, d * t * t);
-        let density = densities(there - GROUND);
-        let scale = weight / (3.0 * STEPS as f64) * 2.0 * d * t;
-        for k in 0..3 {
-            sum[k] += density[k] * scale;
-        }
-    }
-    sum
-}
-
 /// The amounts of [`Columns`] at one radius, by its distance to the ground's horizon and that of the top.
 struct ColumnsAt {
     rho: f64,
@@ -253,12 +261,34 @@ impl Kernel for ColumnsAt {
         let Self { rho, far } = self;
         let r = (rho * rho + GROUND * GROUND).sqrt();
         let (nearest, farthest) = (TOP - r, rho + far);
-        let mut row = vec![[0.0; 3]; DIRECTIONS];
-        for (j, amounts) in row.iter_mut().enumerate() {
+        let (mut distances, mut cosines) = ([0.0; DIRECTIONS], [0.0; DIRECTIONS]);
+        for j in 0..DIRECTIONS {
             let d = nearest + (farthest - nearest) * j as f64 / (DIRECTIONS - 1) as f64;
-            let mu = if d > 0.0 { ((far - rho) * (far + rho) - d * d) / (2.0 * r * d) } else { 1.0 };
-            *amounts = column(r, mu.clamp(-1.0, 1.0), d);
+            let mu: f64 = if d > 0.0 { ((far - rho) * (far + rho) - d * d) / (2.0 * r * d) } else { 1.0 };
+            (distances[j], cosines[j]) = (d, mu.clamp(-1.0, 1.0));
         }
-        row
+        columns(r, &cosines, &distances)
     }
+}
+
+/// Amounts over distances in many directions, by Simpson's rule in steps that are short where the path is lowest.
+#[inline(always)]
+fn columns(r: f64, cosines: &[f64; DIRECTIONS], distances: &[f64; DIRECTIONS]) -> Vec<Amounts> {
+    const STEPS: usize = 64;
+    let mut sums = [[0.0; DIRECTIONS]; 3];
+    for i in 0..=STEPS {
+        let t = i as f64 / STEPS as f64;
+        let weight = if i == 0 || i == STEPS { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+        for j in 0..DIRECTIONS {
+            let d = distances[j];
+            // s = d t^2, ds = 2 d t dt.
+            let (there, _) = along(r, cosines[j], d * t * t);
+            let density = densities(there - GROUND);
+            let scale = weight / (3.0 * STEPS as f64) * 2.0 * d * t;
+            sums[0][j] += density[0] * scale;
+            sums[1][j] += density[1] * scale;
+            sums[2][j] += density[2] * scale;
+        }
+    }
+    (0..DIRECTIONS).map(|j| [sums[0][j], sums[1][j], sums[2][j]]).collect()
 }

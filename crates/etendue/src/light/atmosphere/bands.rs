@@ -4,8 +4,11 @@ use crate::{math::exp_wide, spectrum::Spectrum};
 
 /// Number of bands of [`WIDTH`] nanometres.
 pub const BANDS: usize = 18;
+/// Numbers in [`Bands`]: whole vectors of them, so that no loop ends in one by one. Those that are no band are 0 in whatever
+/// scatters, absorbs or reflects.
+pub const LANES: usize = BANDS.next_multiple_of(4);
 /// A value for each band.
-pub type Bands = [f64; BANDS];
+pub type Bands = [f64; LANES];
 /// Where the first band begins, nm.
 const FIRST: f64 = 380.0;
 /// Width of a band, nm.
@@ -34,12 +37,12 @@ const OZONE: [f64; 2 * BANDS] = [
 
 /// A value for each band out of its middle, nm.
 pub fn at_middles(value: impl Fn(f64) -> f64) -> Bands {
-    std::array::from_fn(|band| value(FIRST + WIDTH * (band as f64 + 0.5)))
+    std::array::from_fn(|band| if band < BANDS { value(FIRST + WIDTH * (band as f64 + 0.5)) } else { 0.0 })
 }
 
 /// Absorption cross section of ozone, m^2 a molecule.
 pub fn ozone() -> Bands {
-    std::array::from_fn(|band| 0.5e-25 * (OZONE[2 * band] + OZONE[2 * band + 1]))
+    std::array::from_fn(|band| if band < BANDS { 0.5e-25 * (OZONE[2 * band] + OZONE[2 * band + 1]) } else { 0.0 })
 }
 
 /// Reflectance from a linear colour: blue to 490 nm, green from there to 580 nm, red above, mixed over 20 nm.

@@ -16,7 +16,7 @@ use super::RadianceMap;
 use crate::{parallel, spectrum::Spectrum};
 use air::{Air, Columns, GROUND, SUN_RADIUS, aerosol_phase, along, densities, molecular_phase, to_top};
 pub use bands::EFFICACY;
-use bands::{BANDS, Bands, Colours, displayable, reflectance};
+use bands::{Bands, Colours, LANES, displayable, reflectance};
 use etendue_accel::{Isa, Kernel, run};
 use multiple::Multiple;
 use std::f64::consts::PI;
@@ -110,17 +110,22 @@ impl Observer {
         let [width, height] = SIZE;
         let (sin_sun, cos_sun) = libm::sincos(elevation);
         let cosines = |row: usize| libm::sincos(PI * (row as f64 + 0.5) / height as f64);
+        // Of a column: the cell of its azimuth, the place in it, and the azimuth's cosine.
+        let column = |column: usize| {
+            let azimuth = PI * ((2 * column + 1) as f64 / width as f64 - 1.0).abs();
+            let (from, t) = air::cell(azimuth / PI * (AZIMUTHS - 1) as f64, AZIMUTHS);
+            (from, t, libm::cos(azimuth))
+        };
+        let columns: Vec<(usize, f64, f64)> = (0..width).map(column).collect();
         let rows = parallel::map(height / 2, |row| {
             let (cos, sin) = cosines(row);
             let sight = LineOfSight { observer: self, sin, sin_sun, cosines: cos * cos_sun };
             let gathered = run(Isa::detect(), sight);
-            let texel = |column: usize| {
-                let azimuth = PI * ((2 * column + 1) as f64 / width as f64 - 1.0).abs();
-                let (from, t) = air::cell(azimuth / PI * (AZIMUTHS - 1) as f64, AZIMUTHS);
-                let between = (sin * sin_sun + cos * cos_sun * libm::cos(azimuth)).clamp(-1.0, 1.0);
+            let texel = |&(from, t, cos_azimuth): &(usize, f64, f64)| {
+                let between = (sin * sin_sun + cos * cos_sun * cos_azimuth).clamp(-1.0, 1.0);
                 displayable(gathered[from].mix(&gathered[from + 1], t).radiance(between))
             };
-            (0..width).map(texel).collect::<Vec<_>>()
+            columns.iter().map(texel).collect::<Vec<_>>()
         });
         let mut texels = Vec::with_capacity(width * height);
         let mut irradiance = Spectrum::BLACK;
@@ -148,7 +153,7 @@ impl Observer {
         }
         let lowest = (elevation - SUN_RADIUS).max(0.0);
         let middle = 0.5 * (lowest + elevation + SUN_RADIUS);
-        displayable(self.colours.sum(&self.columns.unobstructed(&self.dense, GROUND, libm::sin(middle))))
+        displayable(self.colours.sum(&self.columns.at(GROUND).unobstructed(&self.dense, libm::sin(middle))))
     }
 }
 
@@ -168,8 +173,8 @@ impl Kernel for LineOfSight<'_> {
     fn run(self) -> Vec<Gathered> {
         let Self { observer: Observer { air, columns, multiple, colours, .. }, sin, sin_sun, cosines } = self;
         let length = to_top(GROUND, sin);
-        let mut sums = vec![[[0.0; BANDS]; 3]; AZIMUTHS];
-        let mut passed: Bands = [1.0; BANDS];
+        let mut sums = vec![[[0.0; LANES]; 3]; AZIMUTHS];
+        let mut passed: Bands = [1.0; LANES];
         let cosine: Vec<f64> =
             (0..AZIMUTHS).map(|k| libm::cos(PI * k as f64 / (AZIMUTHS - 1) as f64) * cosines + sin * sin_sun).collect();
         for i in 0..STEPS {
@@ -180,17 +185,18 @@ impl Kernel for LineOfSight<'_> {
             let density = densities(there - GROUND);
             let scattered = multiple::step(air, density, to - from, &mut passed);
             let all = air.scattering(density);
-            let (mut molecular, mut aerosol) = ([0.0; BANDS], [0.0; BANDS]);
-            for b in 0..BANDS {
+            let (mut molecular, mut aerosol) = ([0.0; LANES], [0.0; LANES]);
+            for b in 0..LANES {
                 let all = all[b].max(f64::MIN_POSITIVE);
                 molecular[b] = air.molecular[b] * density[0] / all;
                 aerosol[b] = air.aerosol[b] * density[1] / all;
             }
+            let (columns, multiple) = (columns.at(there), multiple.at(there - GROUND));
             for (sum, cos_between) in sums.iter_mut().zip(&cosine) {
                 let mu_sun = ((GROUND * sin_sun + middle * cos_between) / there).clamp(-1.0, 1.0);
-                let light = columns.sunlight(air, there, mu_sun);
-                let again = multiple.at(there - GROUND, mu_sun);
-                for b in 0..BANDS {
+                let light = columns.sunlight(air, mu_sun);
+                let again = multiple.towards(mu_sun);
+                for b in 0..LANES {
                     let single = scattered[b] * light[b];
                     sum[0][b] += single * molecular[b];
                     sum[1][b] += single * aerosol[b];

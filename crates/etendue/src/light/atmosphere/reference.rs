@@ -4,7 +4,7 @@
 use super::{
     AHEAD, AZIMUTHS, Atmosphere, LineOfSight, Observer,
     air::{self, Air, Columns, GROUND, aerosol_phase, along, densities, molecular_phase, to_ground, to_top},
-    bands::{BANDS, Colours, reflectance},
+    bands::{BANDS, Bands, Colours, reflectance},
     multiple::Multiple,
 };
 use crate::{math::DVec3, spectrum::Spectrum};
@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 struct Photons<'a> {
     air: &'a Air,
     columns: &'a Columns,
-    ground: [f64; BANDS],
+    ground: Bands,
     sun: DVec3,
     band: usize,
 }
@@ -58,7 +58,7 @@ impl Photons<'_> {
 
     fn sunlight(&self, at: DVec3) -> f64 {
         let r = at.length();
-        self.columns.sunlight(self.air, r, at.dot(self.sun) / r)[self.band]
+        self.columns.at(r).sunlight(self.air, at.dot(self.sun) / r)[self.band]
     }
 
     /// One estimate of the radiance from `direction`, for sunlight of irradiance 1.
@@ -137,11 +137,12 @@ fn the_sky_is_that_of_photons() {
             let found = run(Isa::detect(), sight)[azimuth].radiance(between);
             let (sun, view) = (DVec3::new(cos_sun, sin_sun, 0.0), DVec3::new(cos * turn.cos(), sin, cos * turn.sin()));
             let mut rng = Rng::new(7);
-            let bands: [f64; BANDS] = std::array::from_fn(|band| {
+            let mut bands: Bands = [0.0; _];
+            for (band, mean) in bands.iter_mut().enumerate().take(BANDS) {
                 let photon = Photons { air: &observer.dense, columns: &observer.columns, ground, sun, band };
                 let moments: Moments = (0..photons).map(|_| photon.radiance(view, &mut rng)).collect();
-                moments.mean()
-            });
+                *mean = moments.mean();
+            }
             let expected = colours.sum(&bands);
             let ratios = [0, 1, 2].map(|c| found[c] / expected[c]);
             errors.extend(ratios.map(|ratio| (ratio - 1.0).abs()));
