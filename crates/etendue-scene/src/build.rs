@@ -81,9 +81,9 @@ pub struct Input {
 /// [digest](SourceMap::digest).
 pub fn scene_hash(sources: &SourceMap) -> [u8; 32] {
     let mut hash = Sha256::new();
-    for id in sources.ids() {
+    for (id, digest) in sources.ids().zip(sources.digests()) {
         hash.update((sources.length(id) as u64).to_le_bytes());
-        hash.update(sources.digest(id));
+        hash.update(digest);
     }
     hash.finalize().into()
 }
@@ -196,6 +196,8 @@ impl<'a> Builder<'a> {
             closed: bodies::Closed::default(),
             limits,
         };
+        let named = materials.iter().map(|record| (description.folder.as_path(), &record.material));
+        builder.loader.decode_ahead(named);
         for record in materials {
             let (folder, parts) = (&description.folder, &mut builder.parts);
             builder.loader.material(&record.material, Some(&record.origin), folder, Severity::Error, parts);

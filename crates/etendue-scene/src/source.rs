@@ -1,7 +1,12 @@
 //! The files that a scene was read from, and places in them.
 
-use crate::content::{Content, DiskFile};
+use crate::{
+    content::{Content, DiskFile},
+    parallel,
+};
 use std::{
+    collections::HashMap,
+    convert::Infallible,
     fs::File,
     io::{self, Read},
     ops::Range,
@@ -164,6 +169,8 @@ struct SourceFile {
     content: Content,
     /// For each block of `BLOCK` bytes, made when a place is first asked for.
     lines: OnceLock<Vec<LinesBefore>>,
+    /// See [`SourceMap::digest`].
+    digest: OnceLock<[u8; 32]>,
 }
 
 /// What lies before a block.
@@ -179,12 +186,15 @@ fn line_feeds(bytes: &[u8]) -> usize {
     bytes.iter().filter(|&&b| b == b'\n').count()
 }
 
+/// Bytes that are not worth a thread to hash them.
+const FEW: usize = 1 << 18;
+
 /// Bytes before a place in which characters are counted; farther from the start of a line a byte counts as a column.
 const COUNTED: usize = 1 << 20;
 
 impl SourceFile {
     fn new(path: PathBuf, content: Content) -> Self {
-        Self { path, content, lines: OnceLock::new() }
+        Self { path, content, lines: OnceLock::new(), digest: OnceLock::new() }
     }
 
     fn lines_before(&self, block: usize) -> LinesBefore {
@@ -281,6 +291,8 @@ fn leading_continuation(bytes: &[u8]) -> usize {
 #[derive(Debug, Default)]
 pub struct SourceMap {
     files: Vec<SourceFile>,
+    /// The first file of each path.
+    by_path: HashMap<PathBuf, FileId>,
 }
 
 impl SourceMap {
@@ -296,6 +308,7 @@ impl SourceMap {
 
     fn add(&mut self, path: PathBuf, content: Content) -> Result<FileId, SourceError> {
         let id = u32::try_from(self.files.len()).map_err(|_| SourceError::TooManyFiles)?;
+        self.by_path.entry(path.clone()).or_insert(FileId(id));
         self.files.push(SourceFile::new(path, content));
         Ok(FileId(id))
     }
@@ -330,7 +343,7 @@ impl SourceMap {
 
     /// The file with this path, spelt the same way.
     pub fn find(&self, path: &Path) -> Option<FileId> {
-        self.ids().find(|&id| self.path(id) == path)
+        self.by_path.get(path).copied()
     }
 
     /// Every file, in the order of reading.
@@ -368,7 +381,26 @@ impl SourceMap {
     /// SHA-256 over the SHA-256 digests of a file's blocks of 4 MiB (the last is shorter), so that blocks can be hashed as
     /// they are read, in any order.
     pub fn digest(&self, id: FileId) -> [u8; 32] {
-        self.file(id).content.digest()
+        let file = self.file(id);
+        *file.digest.get_or_init(|| file.content.digest())
+    }
+
+    /// All digests in the order of the files; those that are not known yet are found several at a time.
+    pub(crate) fn digests(&self) -> Vec<[u8; 32]> {
+        let unknown: Vec<FileId> = self.ids().filter(|id| self.file(*id).digest.get().is_none()).collect();
+        let bytes: usize = unknown.iter().map(|id| self.length(*id)).sum();
+        // Few bytes are hashed before another thread has begun.
+        let threads = parallel::threads(unknown.len().min(bytes.div_ceil(FEW)));
+        let Ok(_) = parallel::run(
+            threads,
+            unknown.into_iter(),
+            || (),
+            |(), id| {
+                self.digest(id);
+                Ok::<_, Infallible>(())
+            },
+        );
+        self.ids().map(|id| self.digest(id)).collect()
     }
 
     /// Line and column of a span's start; an offset beyond the file counts as its end.

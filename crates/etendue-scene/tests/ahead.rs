@@ -1,4 +1,4 @@
-//! Small mesh files, which are read side by side, against the same files one after the other.
+//! Small mesh files and images, which are read side by side, against the same files one after the other.
 #![allow(clippy::disallowed_methods)]
 
 use etendue_scene::{
@@ -101,4 +101,36 @@ fn what_cannot_be_read_is_told_once_and_in_the_order_of_objects() {
     let found = messages(&built(folder.path(), &[]), folder.path());
     let about = |name: &str| found.iter().filter(|line| line.contains(name)).count();
     assert!(found.len() == 3 && ["2.ply", "5.off", "4.stl"].map(about) == [1; 3], "{found:#?}");
+}
+
+/// A scene of materials with one image each.
+fn pictured(images: &[&str], files: &[(&str, &str)]) -> TempDir {
+    let folder = folder(&[], files);
+    let material = |(i, image): (usize, &&str)| {
+        format!(
+            "[textures.t{i}]\nfile = \"{image}\"\n[materials.m{i}]\ntype = \"diffuse\"\nreflectance = {{ texture = \"t{i}\" }}\n"
+        )
+    };
+    let materials: String = images.iter().enumerate().map(material).collect();
+    fs::write(folder.path().join("scene.toml"), CAMERA.to_owned() + &materials).unwrap();
+    folder
+}
+
+#[test]
+fn images_come_in_the_order_of_materials_and_faults_too() {
+    let files = [
+        ("grey.pfm", "Pf\n1 1\n-1.0\n\0\0\0?"),
+        ("wide.pfm", "Pf\n2 1\n-1.0\n\0\0\0?\0\0\0?"),
+        ("bad.pfm", "Pf\n1 1\n-1.0\n"),
+        ("none.png", ""),
+    ];
+    let good = pictured(&["wide.pfm", "grey.pfm", "wide.pfm", "grey.pfm"], &files);
+    let input = built(good.path(), &[]).0.unwrap();
+    let names: Vec<_> = input.files.iter().map(|path| path.file_name().unwrap()).collect();
+    assert_eq!(names, ["scene.toml", "wide.pfm", "grey.pfm"]);
+    assert_eq!(input.textures.len(), 2);
+    let bad = pictured(&["wide.pfm", "none.png", "missing.pfm", "bad.pfm", "grey.pfm"], &files);
+    let found = messages(&built(bad.path(), &[]), bad.path());
+    let about: Vec<_> = ["none.png", "missing.pfm", "bad.pfm"].into_iter().zip(&found).collect();
+    assert!(found.len() == 3 && about.iter().all(|(name, line)| line.contains(name)), "{found:#?}");
 }

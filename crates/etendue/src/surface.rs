@@ -2,6 +2,7 @@
 
 use crate::{
     math::{Vec2, Vec3, acos, atan2, vec2, vec3},
+    parallel,
     scene::{Placement, Primitives},
     texture::{Footprint, Lookup},
 };
@@ -306,7 +307,7 @@ impl MeshData {
             let [a, b, c] = face.map(|index| self.corner(index));
             is_moderate((b - a).cross(c - a))
         };
-        self.normals.is_none() && self.indices.iter().all(is_moderate)
+        self.normals.is_none() && !parallel::any(&self.indices, |face| !is_moderate(face))
     }
 
     /// Texture coordinates of a face's corners.

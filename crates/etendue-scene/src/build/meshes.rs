@@ -5,7 +5,7 @@ use crate::{
     Diagnostic, Diagnostics, Limits, Origin, Severity, SourceMap, crease,
     description::{Located, MeshRecord, MeshSource, SceneDescription, TextureRecord},
     import::Import,
-    mesh_file::{self, MeshFile, MeshFormat, MeshLimits, Sphere},
+    mesh_file::{self, MeshFile, MeshFormat, MeshLimits, NamedMaterial, Sphere},
     simplify::SimplifyRecord,
 };
 use etendue::{
@@ -219,10 +219,14 @@ impl<'a> Loader<'a> {
             material: (!materials.is_empty()).then_some(material),
         }));
         let first = parts.materials.len();
-        for named in materials {
-            // Names in a library are relative to the library.
+        // Names in a library are relative to the library.
+        let folder_of = |named: &NamedMaterial| {
             let library = named.origin.as_ref().and_then(Origin::span).map(|span| self.sources.path(span.file));
-            let folder = library.unwrap_or(path).parent().unwrap_or(Path::new("")).to_owned();
+            library.unwrap_or(path).parent().unwrap_or(Path::new("")).to_owned()
+        };
+        let folders: Vec<PathBuf> = materials.iter().map(folder_of).collect();
+        self.decode_ahead(folders.iter().zip(&materials).map(|(folder, named)| (folder.as_path(), &*named.material)));
+        for (named, folder) in materials.iter().zip(folders) {
             self.material(&named.material, named.origin.as_ref(), &folder, Severity::Warning, parts);
         }
         Some(Geometry { pieces, materials: (first..parts.materials.len()).collect() })
@@ -250,6 +254,11 @@ impl<'a> Loader<'a> {
             return None;
         }
         Some(())
+    }
+
+    /// Reads the images of materials that are about to be added, several at once; with the folders that names are relative to.
+    pub fn decode_ahead<'m>(&mut self, materials: impl Iterator<Item = (&'m Path, &'m Material<TextureRecord>)>) {
+        self.textures.read_ahead(materials, self.sources, self.limits);
     }
 
     /// Adds a material: its textures loaded, whose names are relative to `folder`. Reports what the renderer would refuse,

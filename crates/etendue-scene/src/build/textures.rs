@@ -1,5 +1,6 @@
 //! Image files of textures: each read once, whatever refers to it.
 
+use super::ahead::{Decoded, decode_ahead};
 use crate::{
     Diagnostic, Diagnostics, Limits, Severity, SourceMap,
     description::{ImageRecord, TextureRecord},
@@ -12,7 +13,7 @@ use etendue::{
     texture::{Texture, TextureImage, Transfer},
 };
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -38,13 +39,37 @@ pub struct Textures {
     files: BTreeMap<PathBuf, Option<Arc<TextureImage>>>,
     /// Those with another meaning than they were read with.
     others: BTreeMap<PathBuf, Arc<TextureImage>>,
+    /// Those that wait for the material that names them.
+    ahead: BTreeMap<PathBuf, Decoded>,
 }
 
 impl Textures {
     /// Those that have been read.
     pub fn of(images: &[LoadedTexture]) -> Self {
         let files = images.iter().map(|texture| (texture.path.clone(), Some(texture.image.clone()))).collect();
-        Self { files, others: BTreeMap::new() }
+        Self { files, ..Self::default() }
+    }
+
+    /// Reads the images of materials, several at once, with the folders that names are relative to. They wait until
+    /// [`Textures::load`] asks for them, in whose order files are added and findings reported.
+    pub fn read_ahead<'m>(
+        &mut self,
+        materials: impl Iterator<Item = (&'m Path, &'m Material<TextureRecord>)>,
+        sources: &SourceMap,
+        limits: &Limits,
+    ) {
+        let (mut paths, mut seen) = (Vec::new(), BTreeSet::new());
+        for (folder, material) in materials {
+            material.map_textures(&mut |record, _| -> Option<()> {
+                let mut images = Vec::new();
+                record.images(&mut images);
+                let found = images.iter().map(|image| find_file(folder, &image.file.value.to_string_lossy()));
+                paths.extend(found.flatten().map(|(path, _)| path).filter(|path| seen.insert(path.clone())));
+                None
+            });
+        }
+        paths.retain(|path| !self.files.contains_key(path) && sources.find(path).is_none());
+        self.ahead = decode_ahead(paths, &limits.images);
     }
 
     /// A material all of whose images have been read, by names relative to `folder`.
@@ -86,7 +111,7 @@ impl Textures {
             if let Some(note) = note {
                 files.findings.push(Diagnostic::note(note).at(record.file.origin.clone()));
             }
-            let image = match read(&path, files) {
+            let image = match read(&path, self.ahead.remove(&path), files) {
                 Ok(image) => Some(image),
                 Err(message) => files.report(message, record),
             };
@@ -114,7 +139,11 @@ impl TextureFiles<'_> {
     }
 }
 
-fn read(path: &Path, files: &mut TextureFiles) -> Result<Arc<TextureImage>, String> {
+fn read(path: &Path, ahead: Option<Decoded>, files: &mut TextureFiles) -> Result<Arc<TextureImage>, String> {
+    if let Some(Decoded { bytes, image }) = ahead {
+        files.sources.insert(path, bytes).map_err(|error| error.to_string())?;
+        return Ok(image);
+    }
     let limits = &files.limits.images;
     let file = files.sources.read(path, limits.file).map_err(|error| error.to_string())?;
     let bytes = files.sources.bytes(file);

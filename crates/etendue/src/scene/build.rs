@@ -13,10 +13,12 @@ use crate::{
     math::{DAffine3, DMat3, DVec3, Vec3},
     medium::MediumError,
     motion::Motion,
+    parallel,
     surface::MeshData,
 };
 use etendue_accel::{
     Accelerator, AcceleratorKind, BuildError, Geometry, Instance, Isa, Place, Sphere, Transform, TriangleMesh, World,
+    zeroed_shared,
 };
 use std::sync::Arc;
 
@@ -218,12 +220,9 @@ fn plain_bsdf(material: &Material) -> Option<Bsdf> {
 
 /// Makes the coarser copies of images that are filtered; true if any texture is.
 fn prepare_textures(materials: &[Material]) -> bool {
-    let mut filters = false;
-    for texture in materials.iter().flat_map(Material::filtered_textures) {
-        texture.prepare();
-        filters |= texture.is_filtered();
-    }
-    filters
+    let textures: Vec<_> = materials.iter().flat_map(Material::filtered_textures).collect();
+    parallel::map(textures.len(), |number| textures[number].prepare());
+    textures.iter().any(|texture| texture.is_filtered())
 }
 
 struct Builder<'a> {
@@ -349,21 +348,23 @@ impl<'a> Builder<'a> {
     /// A mesh placed once is baked into world space.
     fn place_mesh(&mut self, to_local: DAffine3, mesh: &Mesh) -> (u32, Option<DAffine3>, Primitives) {
         let place = to_local * DAffine3::from_translation(mesh.origin);
-        let positions =
-            mesh.positions.iter().map(|p| place.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3().to_array());
+        let placed = |p: &[f32; 3]| place.transform_point3(Vec3::from(*p).as_dvec3()).as_vec3().to_array();
+        let positions = parallel::shared(zeroed_shared(mesh.positions.len()), &mesh.positions, placed);
         let mirrored = place.matrix3.determinant() < 0.0;
-        let indices =
-            if mirrored { mesh.indices.iter().map(|[a, b, c]| [*a, *c, *b]).collect() } else { mesh.indices.clone() };
+        let indices = match mirrored {
+            true => parallel::shared(zeroed_shared(mesh.indices.len()), &mesh.indices, |&[a, b, c]| [a, c, b]),
+            false => mesh.indices.clone(),
+        };
         let normal_matrix = place.matrix3.inverse().transpose();
         let normals = mesh.normals.as_ref().map(|normals| {
             let to_world = |n: &[f32; 3]| {
                 let n = normal_matrix * Vec3::from(*n).as_dvec3();
                 n.normalize_or_zero().as_vec3().to_array()
             };
-            normals.iter().map(to_world).collect()
+            parallel::shared(zeroed_shared(normals.len()), normals, to_world)
         });
         let (uvs, colors) = (mesh.uvs.clone(), mesh.colors.clone());
-        let data = MeshData { positions: positions.collect(), indices, normals, uvs, colors };
+        let data = MeshData { positions, indices, normals, uvs, colors };
         (self.add_mesh(&data), None, Primitives::Mesh(data))
     }
 
@@ -450,8 +451,11 @@ fn center_of(parts: &SceneParts) -> DVec3 {
         let m = object.transform;
         match &parts.shapes[object.shape] {
             Shape::Mesh(mesh) => {
-                for p in mesh.positions.iter() {
-                    grow(m.transform_point3(mesh.origin + Vec3::from(*p).as_dvec3()));
+                let place = |p: &[f32; 3]| m.transform_point3(mesh.origin + Vec3::from(*p).as_dvec3());
+                let [least, most] = parallel::bounds(&mesh.positions, place);
+                if least.x <= most.x {
+                    grow(least);
+                    grow(most);
                 }
             }
             Shape::Sphere { center, radius } => {
@@ -523,20 +527,21 @@ fn validate_object(parts: &SceneParts, object: &Object) -> Result<(), SceneError
 fn validate_mesh(mesh: &Mesh, object: &Object) -> Result<(), SceneError> {
     let wrong = |what| Err(SceneError::Shape(object.name.clone(), what));
     let vertices = mesh.positions.len();
-    if mesh.indices.iter().flatten().any(|i| *i as usize >= vertices) {
+    if parallel::any(&mesh.indices, |face| face.iter().any(|i| *i as usize >= vertices)) {
         return wrong("a face refers to a vertex that is not there");
     }
-    if !mesh.origin.is_finite() || mesh.positions.iter().flatten().any(|c| !c.is_finite()) {
+    let is_infinite = |numbers: &[f32]| numbers.iter().any(|c| !c.is_finite());
+    if !mesh.origin.is_finite() || parallel::any(&mesh.positions, |p| is_infinite(p)) {
         return wrong("a vertex position is not finite");
     }
-    if mesh.normals.as_ref().is_some_and(|n| n.len() != vertices || n.iter().flatten().any(|c| !c.is_finite())) {
+    if mesh.normals.as_ref().is_some_and(|n| n.len() != vertices || parallel::any(n, |n| is_infinite(n))) {
         return wrong("there must be one finite normal a vertex");
     }
-    if mesh.uvs.as_ref().is_some_and(|t| t.len() != vertices || t.iter().flatten().any(|c| !c.is_finite())) {
+    if mesh.uvs.as_ref().is_some_and(|t| t.len() != vertices || parallel::any(t, |t| is_infinite(t))) {
         return wrong("there must be one finite texture coordinate a vertex");
     }
-    if mesh.colors.as_ref().is_some_and(|c| c.len() != vertices || c.iter().flatten().any(|c| !(0.0..=1.0).contains(c)))
-    {
+    let is_no_color = |color: &[f32; 4]| color.iter().any(|c| !(0.0..=1.0).contains(c));
+    if mesh.colors.as_ref().is_some_and(|c| c.len() != vertices || parallel::any(c, is_no_color)) {
         return wrong("there must be one colour a vertex, from 0 to 1");
     }
     let slots = object.materials.len() as u32;
@@ -544,7 +549,7 @@ fn validate_mesh(mesh: &Mesh, object: &Object) -> Result<(), SceneError> {
         if faces.len() != mesh.indices.len() {
             return wrong("there must be one material a face");
         }
-        if slots > 1 && faces.iter().any(|slot| *slot >= slots) {
+        if slots > 1 && parallel::any(faces, |slot| *slot >= slots) {
             return wrong("a face has a material that the object does not have");
         }
     }
