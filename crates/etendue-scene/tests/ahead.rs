@@ -128,7 +128,8 @@ fn images_come_in_the_order_of_materials_and_faults_too() {
     let input = built(good.path(), &[]).0.unwrap();
     let names: Vec<_> = input.files.iter().map(|path| path.file_name().unwrap()).collect();
     assert_eq!(names, ["scene.toml", "wide.pfm", "grey.pfm"]);
-    assert_eq!(input.textures.len(), 2);
+    let sizes: Vec<_> = input.textures.iter().map(|t| (t.path.file_name().unwrap(), t.image.size())).collect();
+    assert_eq!(sizes, [("grey.pfm".as_ref(), [1, 1]), ("wide.pfm".as_ref(), [2, 1])]);
     let bad = pictured(&["wide.pfm", "none.png", "missing.pfm", "bad.pfm", "grey.pfm"], &files);
     let found = messages(&built(bad.path(), &[]), bad.path());
     let about: Vec<_> = ["none.png", "missing.pfm", "bad.pfm"].into_iter().zip(&found).collect();
