@@ -1,5 +1,6 @@
-//! The surfaces that emit, as lights. Triangles that are a parallelogram together are one light. A face whose emission has a texture is cut into similar pieces, each a light with the
-//! mean radiance of its box in the texture; what a sample carries is the radiance at its point.
+//! The surfaces that emit, as lights. Triangles that are a parallelogram together are one light. A face whose emission has a
+//! texture is cut into similar pieces, each a light with the mean radiance of its box in the texture; what a sample carries is the
+//! radiance at its point.
 
 use super::{
     FaceLights, Object, Placement, Primitives, SceneParts, Shape,
