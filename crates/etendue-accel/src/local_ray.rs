@@ -9,6 +9,33 @@ pub(crate) const COORDINATE_LIMIT: f32 = (1_u64 << 50) as f32;
 /// The largest component of a direction lies between this (9e-13) and its reciprocal.
 const DIRECTION_LIMIT: f32 = 1.0 / (1_u64 << 40) as f32;
 
+/// An axis of space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub(crate) enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl Axis {
+    /// The axes of the shear by the number of the last.
+    #[inline(always)]
+    pub fn from_major(major: u32) -> [Self; 3] {
+        const ORDERS: [[Axis; 3]; 4] = {
+            use Axis::{X, Y, Z};
+            [[Y, Z, X], [Z, X, Y], [X, Y, Z], [X, Y, Z]]
+        };
+        ORDERS[major as usize & 3]
+    }
+
+    /// Numbers of space along the axes of the shear.
+    #[inline(always)]
+    pub fn of<T: Copy>(axes: [Self; 3], space: &[T; 3]) -> [T; 3] {
+        axes.map(|axis| space[axis as usize])
+    }
+}
+
 /// Origin and direction with the shear that lays the ray on the z axis (Woop, Benthin, Wald 2013): z is the axis of the
 /// largest component of the direction, and a point p becomes (p.x - shear.x p.z, p.y - shear.y p.z, shear.z p.z)
 /// relative to the origin, where the last is the ray parameter. Unlike the paper's, the axes are not swapped for negative
@@ -17,8 +44,8 @@ const DIRECTION_LIMIT: f32 = 1.0 / (1_u64 << 40) as f32;
 pub(crate) struct LocalRay {
     pub origin: [f32; 3],
     pub direction: [f32; 3],
-    /// Which axes of space are x, y and z of the shear: a permutation of 0, 1, 2.
-    pub axes: [usize; 3],
+    /// Which axes of space are x, y and z of the shear: a permutation.
+    pub axes: [Axis; 3],
     pub shear: [f32; 3],
 }
 
@@ -35,15 +62,19 @@ fn magnitudes(v: [f32; 3]) -> [u32; 3] {
 
 impl LocalRay {
     /// No ray.
-    pub const NONE: Self = Self { origin: [0.0; 3], direction: [0.0; 3], axes: [0, 1, 2], shear: [0.0; 3] };
+    pub const NONE: Self =
+        Self { origin: [0.0; 3], direction: [0.0; 3], axes: [Axis::X, Axis::Y, Axis::Z], shear: [0.0; 3] };
 
     /// `None` for a ray that hits nothing by definition: an origin or direction that is not finite or out of range, or a
     /// direction of length 0.
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Option<Self> {
-        const NEXT: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
-        let axes = NEXT[Self::major_axis(origin, direction)?];
-        let [dx, dy, dz] = axes.map(|axis| direction[axis]);
+        let (major, is_traceable) = Self::major(origin, direction);
+        if !is_traceable {
+            return None;
+        }
+        let axes = Axis::from_major(major);
+        let [dx, dy, dz] = Axis::of(axes, &direction);
         // One division of vectors.
         let [x, y, z, _] = [dx, dy, 1.0, 1.0].map(|numerator| numerator / dz);
         Some(Self { origin, direction, axes, shear: [x, y, z] })

@@ -167,7 +167,7 @@ impl SlabRay {
     #[inline(always)]
     pub fn new(ray: &LocalRay, padding: &Padding) -> Self {
         let pad = padding.of(ray);
-        let least_direction = ray.direction[ray.axes[2]].abs() * FLATTEST;
+        let least_direction = ray.direction[ray.axes[2] as usize].abs() * FLATTEST;
         let ([dx, dy, dz], [ox, oy, oz]) = (ray.direction, ray.origin);
         let (direction, origin) = ([dx, dy, dz, 1.0_f32], [ox, oy, oz, 0.0]);
         // Four lanes, of which the last is unused, are vectors.

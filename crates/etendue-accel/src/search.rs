@@ -45,6 +45,12 @@ impl Search {
         if ray.t_min < 0.0 { 0.0 } else { ray.t_min }
     }
 
+    /// From where to where something better may be.
+    #[inline(always)]
+    pub fn range(&self) -> (f32, f32) {
+        (self.t_min, self.best.t)
+    }
+
     /// The result.
     #[inline(always)]
     pub fn hit(&self) -> Hit {

@@ -12,7 +12,7 @@
 //! the weights are divided for the winner alone.
 
 use crate::bounds::{greatest, least};
-use crate::local_ray::LocalRay;
+use crate::local_ray::{Axis, LocalRay};
 
 /// Where lines meet triangles, a lane each, not yet compared with a range of t.
 #[derive(Clone, Copy, Debug)]
@@ -26,8 +26,8 @@ pub(crate) struct Crossings<const N: usize> {
 /// A vertex relative to the origin, sheared: its distances from the ray along two axes, and its ray parameter.
 #[inline(always)]
 pub(crate) fn shear(ray: &LocalRay, p: [f32; 3]) -> [f32; 3] {
-    let [kx, ky, kz] = ray.axes;
-    let (x, y, z) = (p[kx] - ray.origin[kx], p[ky] - ray.origin[ky], p[kz] - ray.origin[kz]);
+    let ([px, py, pz], [ox, oy, oz]) = (Axis::of(ray.axes, &p), Axis::of(ray.axes, &ray.origin));
+    let (x, y, z) = (px - ox, py - oy, pz - oz);
     [x - ray.shear[0] * z, y - ray.shear[1] * z, ray.shear[2] * z]
 }
 

@@ -1,7 +1,7 @@
 //! Sixteen rays that go the same way, in the lanes of vectors.
 
-use super::node::{LANES, Node, Pack, WIDTH, near_rows_of};
-use crate::bounds::{greatest, least};
+use super::node::{LANES, Node, Pack, WIDTH, rows_of};
+use crate::bounds::{Bounds, greatest, least};
 use crate::local_ray::LocalRay;
 use crate::padding::{FLATTEST, Padding};
 use crate::ray::Ray;
@@ -28,8 +28,8 @@ impl Lanes {
 pub(crate) struct Beam {
     /// Which axes of space these are.
     pub axes: [usize; 3],
-    /// The rows of a node with the near planes of each; the far planes are in the row that differs in the lowest bit.
-    pub rows: [usize; 3],
+    /// Where the rows of a node begin that have the near and the far planes of each.
+    pub rows: [[u8; 3]; 2],
     pub octant: u32,
     pub origin: [Lanes; 3],
     pub direction: [Lanes; 3],
@@ -38,9 +38,86 @@ pub(crate) struct Beam {
     pub rate: [Lanes; 3],
     pub near: [Lanes; 3],
     pub far: [Lanes; 3],
+    pub outline: Outline,
     pub t_min: Lanes,
     /// The parameters of the best hits so far, at first the ends of the ranges; minus infinity for rays that want no more.
     pub bound: Lanes,
+}
+
+/// What holds for all rays of a beam: where a plane at p is crossed lies between the least and the greatest of p times either
+/// rate, less the start. All roundings are monotonic, so what is found from these is a bound of what each ray finds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outline {
+    /// The least and the greatest rate.
+    pub rate: [[f32; 2]; 3],
+    /// The greatest start for near planes.
+    pub near: [f32; 3],
+    /// The least start for far planes.
+    pub far: [f32; 3],
+}
+
+impl Outline {
+    #[inline(always)]
+    fn of(rate: &[Lanes; 3], near: &[Lanes; 3], far: &[Lanes; 3]) -> Self {
+        let mut outline = Self { rate: [[0.0; 2]; 3], near: [0.0; 3], far: [0.0; 3] };
+        for a in 0..3 {
+            outline.rate[a] = [lowest(&rate[a]), highest(&rate[a])];
+            (outline.near[a], outline.far[a]) = (highest(&near[a]), lowest(&far[a]));
+        }
+        outline
+    }
+
+    /// The children that any ray may enter, a bit each.
+    #[inline(always)]
+    pub fn children(&self, node: &Node, rows: &[[u8; 3]; 2]) -> u32 {
+        let (mut enter, mut exit) = ([0.0; WIDTH], [f32::INFINITY; WIDTH]);
+        let [near_rows, far_rows] = rows;
+        for (a, (&near, &far)) in near_rows.iter().zip(far_rows).enumerate() {
+            let (first, last) = (node.row(near), node.row(far));
+            let ([slow, fast], near, far) = (self.rate[a], self.near[a], self.far[a]);
+            for i in 0..WIDTH {
+                enter[i] = greatest(least(first[i] * slow - near, first[i] * fast - near), enter[i]);
+                exit[i] = least(greatest(last[i] * slow - far, last[i] * fast - far), exit[i]);
+            }
+        }
+        (0..WIDTH).map(|i| u32::from(enter[i] <= exit[i]) << i).sum()
+    }
+}
+
+/// The least number.
+#[inline(always)]
+fn lowest(Lanes(lanes): &Lanes) -> f32 {
+    let mut part = *lanes;
+    for len in [BEAM / 2, BEAM / 4, BEAM / 8, BEAM / 16] {
+        for i in 0..len {
+            part[i] = least(part[i], part[i + len]);
+        }
+    }
+    part[0]
+}
+
+/// The greatest number.
+#[inline(always)]
+fn highest(Lanes(lanes): &Lanes) -> f32 {
+    let mut part = *lanes;
+    for len in [BEAM / 2, BEAM / 4, BEAM / 8, BEAM / 16] {
+        for i in 0..len {
+            part[i] = greatest(part[i], part[i + len]);
+        }
+    }
+    part[0]
+}
+
+/// Some children in an order, see [`Node::order_of`]: their numbers, and how many.
+#[inline(always)]
+pub(crate) fn in_order(order: u32, children: u32) -> ([u8; WIDTH], usize) {
+    let (mut numbers, mut used) = ([0; WIDTH], 0);
+    for i in 0..WIDTH {
+        let child = order >> (3 * i) & 7;
+        numbers[used & 7] = child as u8;
+        used += (children >> child & 1) as usize;
+    }
+    (numbers, used.min(WIDTH))
 }
 
 /// Numbers of headings.
@@ -54,16 +131,17 @@ pub(crate) fn heading(ray: &Ray) -> Option<usize> {
 }
 
 impl Beam {
-    /// Rays of one heading as a beam.
+    /// Some rays of one heading as a beam.
     #[inline(always)]
-    pub fn new(rays: &[&Ray; BEAM], heading: usize, padding: &Padding) -> Self {
+    pub fn new(rays: &[Ray], members: &[u32; BEAM], heading: usize, padding: &Padding) -> Self {
         let (axis, octant) = (heading >> 3, heading as u32 & 7);
         let axes = [(axis + 1) % 3, (axis + 2) % 3, axis];
-        let rows = axes.map(|axis| near_rows_of(octant)[axis]);
+        let rows = rows_of(octant).map(|rows| axes.map(|axis| rows[axis]));
         let zero = [Lanes::ZERO; 3];
         let (mut origin, mut direction) = (zero, zero);
         let (mut t_min, mut bound) = (Lanes::ZERO, Lanes::ZERO);
-        for (i, ray) in rays.iter().enumerate() {
+        for (i, &member) in members.iter().enumerate() {
+            let ray = &rays[member as usize];
             for a in 0..3 {
                 origin[a].0[i] = ray.origin[axes[a]];
                 direction[a].0[i] = ray.direction[axes[a]];
@@ -88,11 +166,27 @@ impl Beam {
                 far[a].0[i] = (origin[a].0[i] - forward) * rate[a].0[i];
             }
         }
-        Self { axes, rows, octant, origin, direction, shear, rate, near, far, t_min, bound }
+        let outline = Outline::of(&rate, &near, &far);
+        Self { axes, rows, octant, origin, direction, shear, rate, near, far, outline, t_min, bound }
     }
 }
 
 impl Beam {
+    /// How far the rays are apart: the greatest difference of their directions over that of the major axis, or of their origins as
+    /// a part of a box's longest side.
+    #[inline(always)]
+    pub fn spread(&self, bounds: &Bounds) -> f32 {
+        let (mut origins, mut directions, mut side) = (0.0, 0.0, f32::MIN_POSITIVE);
+        for a in 0..3 {
+            origins = greatest(origins, highest(&self.origin[a]) - lowest(&self.origin[a]));
+            side = greatest(side, bounds.max[a] - bounds.min[a]);
+            if a < 2 {
+                directions = greatest(directions, highest(&self.shear[a]) - lowest(&self.shear[a]));
+            }
+        }
+        greatest(directions, origins / side)
+    }
+
     /// One of the rays.
     #[inline(always)]
     pub fn ray(&self, lane: usize) -> Option<LocalRay> {
@@ -107,19 +201,19 @@ impl Beam {
 
 /// In plain code: see [`crate::simd::Simd::beam_children`].
 #[inline(always)]
-pub(crate) fn children<const ANY: bool>(
+pub(crate) fn children(
     node: &Node,
     beam: &Beam,
+    children: &[u8],
     enters: &mut [Lanes; WIDTH],
     words: &mut [u32; WIDTH],
 ) -> usize {
-    let order = node.order_of::<ANY>(beam.octant);
     let mut used = 0;
-    for i in 0..WIDTH {
-        let child = (order >> (3 * i) & 7) as usize;
+    for &child in children {
+        let child = usize::from(child) % WIDTH;
         let (mut enter, mut exit) = (beam.t_min.0, beam.bound.0);
         for a in 0..3 {
-            let (first, last) = (node.rows[beam.rows[a]][child], node.rows[beam.rows[a] ^ 1][child]);
+            let (first, last) = (node.row(beam.rows[0][a])[child], node.row(beam.rows[1][a])[child]);
             for r in 0..BEAM {
                 enter[r] = greatest(first * beam.rate[a].0[r] - beam.near[a].0[r], enter[r]);
                 exit[r] = least(last * beam.rate[a].0[r] - beam.far[a].0[r], exit[r]);

@@ -9,6 +9,7 @@ mod large;
 pub(crate) mod node;
 mod packets;
 mod pieces;
+mod ready;
 mod refit;
 mod rounds;
 mod traverse;

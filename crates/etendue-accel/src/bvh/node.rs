@@ -3,8 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::bounds::Bounds;
-use crate::local_ray::LocalRay;
-use crate::padding::SlabRay;
+use crate::local_ray::{Axis, LocalRay};
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
@@ -24,28 +23,36 @@ pub(crate) struct Node {
     pub order: [u32; 8],
 }
 
-/// The row of near planes of each axis for a ray; the far planes are in the row whose number differs in the lowest bit.
-#[inline(always)]
-pub(crate) fn near_rows(ray: &SlabRay) -> [usize; 3] {
-    near_rows_of(ray.octant)
-}
+/// Rows of a node by axis, near planes and then far ones (the fourth of each is not used).
+type Rows = [[u8; 4]; 2];
 
-/// The same for an octant.
+/// For each octant, where the rows begin in [`Node::rows`], counted in numbers.
+static ROWS: [Rows; 8] = {
+    let mut rows = [[[0; 4]; 2]; 8];
+    let mut i = 0;
+    while i < 24 {
+        let (octant, axis) = (i % 8, i / 8);
+        let negative = octant >> axis & 1;
+        rows[octant][0][axis] = (WIDTH * (2 * axis + negative)) as u8;
+        rows[octant][1][axis] = (WIDTH * (2 * axis + 1 - negative)) as u8;
+        i += 1;
+    }
+    rows
+};
+
+/// Where the rows of near and of far planes begin for rays of an octant.
 #[inline(always)]
-pub(crate) fn near_rows_of(octant: u32) -> [usize; 3] {
-    const ROWS: [[usize; 3]; 8] = {
-        let mut rows = [[0; 3]; 8];
-        let mut octant = 0;
-        while octant < 8 {
-            rows[octant] = [octant & 1, 2 + (octant >> 1 & 1), 4 + (octant >> 2 & 1)];
-            octant += 1;
-        }
-        rows
-    };
-    ROWS[octant as usize & 7]
+pub(crate) fn rows_of(octant: u32) -> &'static Rows {
+    &ROWS[octant as usize & 7]
 }
 
 impl Node {
+    /// The eight planes of a row that begins at a number; the last row for what is beyond.
+    #[inline(always)]
+    pub fn row(&self, start: u8) -> &[f32; WIDTH] {
+        &self.rows[(usize::from(start) / WIDTH).min(5)]
+    }
+
     /// In which order children are visited, see [`Self::order`]: where any hit will do, the last first.
     #[inline(always)]
     pub fn order_of<const ANY: bool>(&self, octant: u32) -> u32 {
@@ -151,12 +158,6 @@ impl Child {
         (word & 7 << 27 == 0, word.wrapping_sub(1 << 27).wrapping_add(1))
     }
 
-    /// A word of one pack.
-    #[inline(always)]
-    pub fn last_pack(word: u32) -> u32 {
-        word & !(7 << 27)
-    }
-
     #[inline(always)]
     pub fn of(word: u32) -> Self {
         let (first, count) = (word & ((1 << 27) - 1), ((word >> 27) & 7) + 1);
@@ -184,13 +185,14 @@ impl Pack {
     /// The sheared corners.
     #[inline(always)]
     pub fn sheared(&self, ray: &LocalRay) -> [[[f32; LANES]; 3]; 3] {
-        let [kx, ky, kz] = ray.axes;
+        let [ox, oy, oz] = Axis::of(ray.axes, &ray.origin);
         let mut sheared = [[[0.0; LANES]; 3]; 3];
         for (corner, [x, y, depth]) in self.corners.iter().zip(&mut sheared) {
+            let [px, py, pz] = Axis::of(ray.axes, corner);
             for i in 0..LANES {
-                let z = corner[kz][i] - ray.origin[kz];
-                x[i] = (corner[kx][i] - ray.origin[kx]) - ray.shear[0] * z;
-                y[i] = (corner[ky][i] - ray.origin[ky]) - ray.shear[1] * z;
+                let z = pz[i] - oz;
+                x[i] = (px[i] - ox) - ray.shear[0] * z;
+                y[i] = (py[i] - oy) - ray.shear[1] * z;
                 depth[i] = ray.shear[2] * z;
             }
         }

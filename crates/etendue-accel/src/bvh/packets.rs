@@ -2,7 +2,7 @@
 //! all of them at once. Rays that come to a node almost alone leave the beam with their stacks and go on in rounds. It pays
 //! if most of them stay together; whether they do is found by trying.
 
-use super::beam::{BEAM, Beam, HEADINGS, Lanes, heading};
+use super::beam::{BEAM, Beam, HEADINGS, Lanes, heading, in_order};
 use super::node::{Child, LANES, Pack, WIDTH};
 use super::traverse::{Places, Scene};
 use crate::ray::{Hit, PrimitiveId, Ray};
@@ -36,7 +36,6 @@ pub(super) struct Leavers {
 
 /// A ray that has left its beam, with its stack from the bottom: entry distances and words.
 pub(super) struct Leaver<'a> {
-    pub index: usize,
     pub search: Search,
     pub entries: &'a [f32],
     pub words: &'a [u32],
@@ -55,10 +54,10 @@ impl Leavers {
 
     /// One of those who have left, in the order in which they did.
     #[inline(always)]
-    pub fn get(&self, place: usize) -> Option<Leaver<'_>> {
-        let &(index, end, search) = self.rays.get(place)?;
+    fn get(&self, place: usize) -> Option<Leaver<'_>> {
+        let &(_, end, search) = self.rays.get(place)?;
         let range = place.checked_sub(1).map_or(0, |before| self.rays[before].1)..end;
-        Some(Leaver { index: index as usize, search, entries: &self.entries[range.clone()], words: &self.words[range] })
+        Some(Leaver { search, entries: &self.entries[range.clone()], words: &self.words[range] })
     }
 
     /// Takes a ray out of a beam that has so many entries on its stack.
@@ -83,6 +82,23 @@ pub(super) struct Rest {
     pub leavers: Leavers,
 }
 
+impl Rest {
+    /// The index of a ray by its number: first the others, then those that left.
+    #[inline(always)]
+    pub fn index(&self, number: usize) -> Option<usize> {
+        match self.others.get(number) {
+            Some(&index) => Some(index as usize),
+            None => self.leavers.rays.get(number - self.others.len()).map(|&(index, ..)| index as usize),
+        }
+    }
+
+    /// What a ray of a number brings from its beam, if it was in one.
+    #[inline(always)]
+    pub fn leaver(&self, number: usize) -> Option<Leaver<'_>> {
+        self.leavers.get(number.checked_sub(self.others.len())?)
+    }
+}
+
 /// What beams have still to visit: where their rays enter, NaN for those that do not, and child words.
 #[derive(Debug, Default)]
 pub(super) struct BeamStack {
@@ -96,6 +112,32 @@ impl BeamStack {
             self.enters.resize(len, Lanes::NONE);
             self.words.resize(len, 0);
         }
+    }
+}
+
+/// Rays that are not looked at after some that were far apart.
+const LEFT_OUT: u32 = 4 * BEAM as u32;
+
+/// Rays that are not tried, more with each failure.
+#[derive(Default)]
+struct Trials {
+    failures: u32,
+    left_out: u32,
+}
+
+impl Trials {
+    /// True for a ray that is not tried.
+    #[inline(always)]
+    fn passes_over(&mut self) -> bool {
+        let passes = self.left_out > 0;
+        self.left_out -= u32::from(passes);
+        passes
+    }
+
+    #[inline(always)]
+    fn failed(&mut self) {
+        self.left_out = (BEAM as u32) << self.failures;
+        self.failures = (self.failures + 1).min(6);
     }
 }
 
@@ -119,11 +161,9 @@ pub(super) fn beams<S: Simd, const ANY: bool>(
     }
     stack.grow(scene.bvh.stack_len);
     let mut groups = [([0_u32; BEAM], 0); HEADINGS];
-    // Rays that are not tried, more with each failure.
-    let (mut failures, mut passed_over) = (0_u32, 0_u32);
+    let mut trials = Trials::default();
     for (index, ray) in rays.iter().enumerate() {
-        if passed_over > 0 {
-            passed_over -= 1;
+        if trials.passes_over() {
             others.push(index as u32);
             continue;
         }
@@ -138,9 +178,14 @@ pub(super) fn beams<S: Simd, const ANY: bool>(
             continue;
         }
         *len = 0;
-        let members = group.map(|index| &rays[index as usize]);
-        let mut beam = Beam::new(&members, heading, &scene.bvh.top.padding);
-        let mut searches = members.map(Search::new);
+        let mut beam = Beam::new(rays, group, heading, &scene.bvh.top.padding);
+        if beam.spread(&scene.bvh.top.bounds) > S::BEAM_SPREAD {
+            others.extend_from_slice(&group[..]);
+            trials.left_out = LEFT_OUT;
+            continue;
+        }
+        let mut searches = [Search::NONE; BEAM];
+        searches.iter_mut().zip(&*group).for_each(|(search, &index)| *search = Search::new(&rays[index as usize]));
         let (left, pays) = trace::<S, ANY>(simd, scene, &mut beam, (group, &mut searches), stack, leavers);
         for (lane, (&index, search)) in group.iter().zip(&searches).enumerate() {
             if left >> lane & 1 == 0 {
@@ -148,10 +193,9 @@ pub(super) fn beams<S: Simd, const ANY: bool>(
             }
         }
         if pays {
-            failures = 0;
+            trials = Trials::default();
         } else {
-            passed_over = (BEAM as u32) << failures;
-            failures = (failures + 1).min(6);
+            trials.failed();
         }
     }
     groups.iter().for_each(|(group, len)| others.extend_from_slice(&group[..*len]));
@@ -198,10 +242,10 @@ fn trace<S: Simd, const ANY: bool>(
         let rooms = (stack.enters[top..].first_chunk_mut(), stack.words[top..].first_chunk_mut());
         let (Some(enters), Some(words)) = rooms else { continue };
         let _: (&[Lanes; WIDTH], &[u32; WIDTH]) = (enters, words);
-        let count = simd.beam_children::<ANY>(&scene.bvh.arrays.nodes[word as usize], beam, enters, words);
-        if !scene.bvh.cached {
-            words.iter().take(count).for_each(|&word| places.prefetch(simd, word));
-        }
+        let node = &scene.bvh.arrays.nodes[word as usize];
+        let (children, count) = in_order(node.order_of::<ANY>(beam.octant), simd.beam_outline(node, beam));
+        let count = simd.beam_children(node, beam, &children[..count], enters, words);
+        words.iter().take(count).for_each(|&word| places.prefetch(simd, word));
         top += count;
     }
     (left, left.count_ones() <= limits.most_leave)

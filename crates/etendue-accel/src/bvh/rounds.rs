@@ -1,11 +1,15 @@
 //! Many rays at once: each is in a slot with a stack of its own. A round gives every ray whose next word is a node one node
 //! step, then every ray that has come to a leaf one pack of triangles, then does what is rare. Rays are kept in lists by what
 //! they do next, which are filled without branches: the loops run over independent rays and mispredict nothing but their
-//! ends, so that the processor works on several rays at once; and what a step needs was asked for a round before.
+//! ends, so that the processor works on several rays at once; and what a step needs was asked for a round before. Boxes are
+//! tested in one loop and stacks popped in the next: so no iteration is longer than what a processor keeps in flight.
 
 use super::node::Child;
 use super::packets::Rest;
-use super::traverse::{END, LEAVE, Local, Places, Scene, Stacks};
+use super::ready::Queue;
+use super::traverse::{END, LEAVE, Local, NO_INSTANCE, Open, Places, Scene};
+use crate::local_ray::LocalRay;
+use crate::padding::SlabRay;
 use crate::ray::{Hit, Ray};
 use crate::search::Search;
 use crate::simd::Simd;
@@ -13,263 +17,298 @@ use crate::simd::Simd;
 /// Rays in flight: a power of two.
 pub(super) const SLOTS: usize = 32;
 
-/// Slots that will do the same next.
-#[derive(Clone, Copy)]
-struct List {
-    slots: [u8; SLOTS],
-    len: usize,
-}
-
-impl List {
-    const EMPTY: Self = Self { slots: [0; SLOTS], len: 0 };
-
-    /// Adds a slot if a condition holds.
-    #[inline(always)]
-    fn add_if(&mut self, slot: usize, condition: bool) {
-        self.slots[self.len % SLOTS] = slot as u8;
-        self.len += usize::from(condition);
-    }
-
-    #[inline(always)]
-    fn get(&self, place: usize) -> usize {
-        usize::from(self.slots[place % SLOTS]) % SLOTS
-    }
-}
-
-/// One ray in flight.
-#[derive(Clone, Copy)]
-#[repr(align(64))]
-struct Slot {
-    search: Search,
-    local: Local,
-    /// What is visited next; it is no longer on the stack.
+/// A slot and the word that it visits next.
+#[derive(Clone, Copy, Default)]
+struct Visit {
     word: u32,
-    /// Where the stack begins and ends.
-    bottom: usize,
+    slot: u32,
+}
+
+impl Visit {
+    #[inline(always)]
+    fn slot(self) -> usize {
+        self.slot as usize % SLOTS
+    }
+}
+
+/// The kinds of words, see [`Child::word`]: the lists of what is visited next.
+const KINDS: usize = 4;
+const NODES: usize = 0;
+const PACKS: usize = 1;
+const SPHERES: usize = 2;
+/// Instances, and the words that are none.
+const OTHERS: usize = 3;
+
+/// Visits by kind, one list after the other.
+struct Lists {
+    visits: [Visit; KINDS * SLOTS],
+    ends: [usize; KINDS],
+}
+
+impl Lists {
+    const EMPTY: Self =
+        Self { visits: [Visit { word: 0, slot: 0 }; KINDS * SLOTS], ends: [0, SLOTS, 2 * SLOTS, 3 * SLOTS] };
+
+    /// Adds a slot where it belongs. A list may be read on while it is filled again from its start, by no more than was read.
+    #[inline(always)]
+    fn add(&mut self, slot: usize, word: u32) {
+        let end = &mut self.ends[(word >> 30) as usize % KINDS];
+        self.visits[*end % (KINDS * SLOTS)] = Visit { word, slot: slot as u32 };
+        *end += 1;
+    }
+
+    #[inline(always)]
+    fn visit(&self, kind: usize, place: usize) -> Visit {
+        self.visits[(kind * SLOTS + place) % (KINDS * SLOTS)]
+    }
+
+    /// How many visits of a kind are listed, and begins it anew.
+    #[inline(always)]
+    fn restart(&mut self, kind: usize) -> usize {
+        std::mem::replace(&mut self.ends[kind], kind * SLOTS) - kind * SLOTS
+    }
+
+    /// Those of packs.
+    #[inline(always)]
+    fn take_packs(&mut self) -> ([Visit; SLOTS], usize) {
+        (std::array::from_fn(|i| self.visit(PACKS, i)), self.restart(PACKS).min(SLOTS))
+    }
+
+    #[inline(always)]
+    fn is_empty(&self) -> bool {
+        self.ends.iter().sum::<usize>() == 6 * SLOTS
+    }
+}
+
+/// One ray in flight: first what a node step needs, in one cache line.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Slot {
+    slab: SlabRay,
+    /// That of the search.
+    range: (f32, f32),
+    /// Where the stack ends: the next word is the last.
     top: usize,
-    index: usize,
-    /// The ray in the world, where `local` is inside an instance.
+    /// Where it begins.
+    bottom: usize,
+    ray: LocalRay,
+    /// The instance that was entered, or none.
+    instance: u32,
+    index: u32,
+    search: Search,
+    /// The ray in the world, where it is inside an instance.
     outside: Local,
 }
 
 impl Slot {
     /// Without a ray.
     fn empty(bottom: usize) -> Self {
-        let (search, local) = (Search::NONE, Local::NONE);
-        Self { search, local, word: END, bottom, top: bottom, index: 0, outside: local }
+        let Local { ray, slab, instance } = Local::NONE;
+        let (range, search) = ((0.0, 0.0), Search::NONE);
+        Self { slab, range, top: bottom, bottom, ray, instance, index: 0, search, outside: Local::NONE }
     }
 
-    /// Starts a ray. What only rays inside of instances need is left as it was.
+    /// The word that is visited next, which is taken off the stack.
     #[inline(always)]
-    fn start(&mut self, scene: &Scene<'_>, ray: &Ray, index: usize) -> bool {
-        let (Some((search, ray)), Some(word)) = (Search::start(ray), scene.root()) else { return false };
-        self.search = search;
-        self.local = Local::outside(ray, scene.bvh);
-        (self.word, self.top, self.index) = (word, self.bottom + 1, index);
-        true
-    }
-
-    /// Takes the next word off the stack.
-    #[inline(always)]
-    fn pop(&mut self, stacks: &Stacks) {
+    fn pop(&mut self, stacks: &Open<'_>) -> u32 {
         self.top -= 1;
-        self.word = stacks.word(self.top);
-    }
-
-    /// Enters an instance, or tests the spheres of a leaf.
-    #[inline(always)]
-    fn step_aside<S: Simd, const ANY: bool>(&mut self, simd: S, scene: &Scene<'_>, stacks: &mut Stacks) {
-        match Child::of(self.word) {
-            Child::Instance(index) => {
-                if let Some((inside, root)) = scene.enter(index, &self.local.ray, &self.search) {
-                    stacks.put(self.top, LEAVE);
-                    self.top += 1;
-                    self.outside = std::mem::replace(&mut self.local, inside);
-                    self.word = root;
-                    return;
-                }
-            }
-            leaf => {
-                if scene.leaf::<S, ANY>(simd, leaf, &self.local, &mut self.search) {
-                    self.shorten::<S, ANY>(simd, stacks);
-                }
-            }
-        }
-        self.pop(stacks);
+        stacks.word(self.top)
     }
 
     /// After a hit: nothing beyond it is visited; or nothing at all.
     #[inline(always)]
-    fn shorten<S: Simd, const ANY: bool>(&mut self, simd: S, stacks: &mut Stacks) {
+    fn shorten<S: Simd, const ANY: bool>(&mut self, simd: S, stacks: &mut Open<'_>) {
+        self.range = self.search.range();
         self.top = if ANY { self.bottom + 1 } else { stacks.cull(simd, self.bottom, self.top, self.search.best.t) };
     }
-}
 
-/// Slots by what they do next.
-#[derive(Clone, Copy)]
-struct Lists {
-    nodes: List,
-    /// Packs of the next round but one: their memory takes longer than the nodes of this round.
-    packs: List,
-    ready: List,
-    rest: List,
-}
+    fn local(&self) -> Local {
+        Local { ray: self.ray, slab: self.slab, instance: self.instance }
+    }
 
-impl Lists {
-    /// Puts a slot where it belongs, and asks for the memory of its next step.
-    #[inline(always)]
-    fn file<S: Simd>(&mut self, simd: S, places: &Places, slot: usize, word: u32) {
-        let kind = word >> 30;
-        self.nodes.add_if(slot, kind == 0);
-        self.packs.add_if(slot, kind == 1);
-        self.rest.add_if(slot, kind > 1);
-        places.prefetch(simd, word);
+    fn set_local(&mut self, local: Local) {
+        Local { ray: self.ray, slab: self.slab, instance: self.instance } = local;
     }
 }
 
 /// A pack with triangles that may be hit.
 #[derive(Clone, Copy, Default)]
 struct Pending {
-    slot: usize,
-    pack: usize,
+    visit: Visit,
     candidates: u32,
 }
 
-/// Searches for a slice of rays.
-pub(super) struct Rounds<'a, F> {
-    scene: Scene<'a>,
-    rays: &'a [Ray],
-    /// What is to be traced, and how many have started.
-    rest: &'a Rest,
-    next: usize,
-    finish: F,
-    slots: [Slot; SLOTS],
-    stacks: &'a mut Stacks,
-    places: Places,
+/// Puts the next ray that can hit anything into a slot, if there is one, and gives its first word; those before it miss.
+#[inline(always)]
+fn start(
+    queue: &mut Queue<'_>,
+    (rest, root): (&Rest, Option<u32>),
+    slot: &mut Slot,
+    stacks: &mut Open<'_>,
+    finish: &mut impl FnMut(usize, Hit),
+) -> Option<u32> {
+    while let Some(next) = queue.next() {
+        let leaver = rest.leaver(next.number);
+        let Some(root) = root.filter(|_| next.may_hit) else {
+            finish(next.index, leaver.map_or(Hit::MISS, |leaver| leaver.search.hit()));
+            continue;
+        };
+        // What only rays inside of instances need is left as it was.
+        queue.put(&next, &mut slot.search, &mut slot.ray, &mut slot.slab);
+        (slot.instance, slot.index) = (NO_INSTANCE, next.index as u32);
+        let Some(leaver) = leaver else {
+            slot.range = slot.search.range();
+            slot.top = slot.bottom + 1;
+            return Some(root);
+        };
+        slot.search = leaver.search;
+        slot.range = slot.search.range();
+        slot.top = slot.bottom + 1 + leaver.words.len();
+        stacks.fill(slot.bottom + 1, leaver.entries, leaver.words);
+        return Some(slot.pop(stacks));
+    }
+    None
 }
 
-impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
-    /// Traces what is left; `finish` gets the index of each ray and what was found.
-    #[inline(always)]
-    pub fn run<S: Simd, const ANY: bool>(
-        simd: S,
-        scene: Scene<'a>,
-        (rays, rest): (&'a [Ray], &'a Rest),
-        stacks: &'a mut Stacks,
-        finish: F,
-    ) {
-        let mut lists = Lists { nodes: List::EMPTY, packs: List::EMPTY, ready: List::EMPTY, rest: List::EMPTY };
-        let slots = std::array::from_fn(|place| Slot::empty(place * scene.bvh.stack_len));
-        let places = Places::new(&scene);
-        let mut rounds = Self { scene, rays, rest, next: 0, finish, slots, stacks, places };
-        for place in 0..SLOTS {
-            rounds.stacks.put(rounds.slots[place].bottom, END);
-            if rounds.start(place) {
-                lists.file(simd, &places, place, rounds.slots[place].word);
-            }
-        }
-        while lists.nodes.len + lists.packs.len + lists.ready.len + lists.rest.len > 0 {
-            lists = rounds.nodes::<S, ANY>(simd, lists);
-            lists = rounds.packs::<S, ANY>(simd, lists);
-            lists = rounds.rest::<S, ANY>(simd, lists);
+/// Traces what is left of rays; `finish` gets the index of each and what was found.
+#[inline(always)]
+pub(super) fn run<S: Simd, const ANY: bool>(
+    simd: S,
+    scene: &Scene<'_>,
+    (rays, rest): (&[Ray], &Rest),
+    mut stacks: Open<'_>,
+    mut finish: impl FnMut(usize, Hit),
+) {
+    let places = Places::new(scene);
+    let mut slots: [Slot; SLOTS] = std::array::from_fn(|place| Slot::empty(place * scene.bvh.stack_len));
+    let (mut lists, mut ready) = (Lists::EMPTY, ([Visit::default(); SLOTS], 0));
+    let mut queue = Queue::new(rays, rest, &scene.bvh.top.padding);
+    let from = (rest, scene.root());
+    for (place, slot) in slots.iter_mut().enumerate() {
+        stacks.put(slot.bottom, END);
+        if let Some(word) = start(&mut queue, from, slot, &mut stacks, &mut finish) {
+            lists.add(place, word);
+            places.prefetch(simd, word);
         }
     }
-
-    /// Puts the next ray that can hit anything into a slot, if there is one; those before it miss.
-    #[inline(always)]
-    fn start(&mut self, place: usize) -> bool {
-        while let Some(&index) = self.rest.others.get(self.next) {
-            self.next += 1;
-            if self.slots[place].start(&self.scene, &self.rays[index as usize], index as usize) {
-                return true;
+    while !lists.is_empty() || ready.1 > 0 {
+        nodes::<S, ANY>(simd, scene, &places, &mut slots, &mut stacks, &mut lists);
+        // Packs are those of the round before: their memory takes longer than the nodes of this round.
+        let now = std::mem::replace(&mut ready, lists.take_packs());
+        packs::<S, ANY>(simd, scene, &places, &now.0[..now.1], &mut slots, &mut stacks, &mut lists);
+        for kind in [SPHERES, OTHERS] {
+            for i in 0..lists.restart(kind) {
+                let visit = lists.visit(kind, i);
+                let (place, word) = (visit.slot(), visit.word);
+                let slot = &mut slots[place];
+                let next = if word == END {
+                    finish(slot.index as usize, slot.search.hit());
+                    let Some(word) = start(&mut queue, from, slot, &mut stacks, &mut finish) else { continue };
+                    word
+                } else if word == LEAVE {
+                    slot.set_local(slot.outside);
+                    slot.pop(&stacks)
+                } else {
+                    aside::<S, ANY>(simd, scene, slot, word, &mut stacks)
+                };
+                lists.add(place, next);
+                places.prefetch(simd, next);
             }
-            (self.finish)(index as usize, Hit::MISS);
         }
-        while let Some(leaver) = self.rest.leavers.get(self.next - self.rest.others.len()) {
-            self.next += 1;
-            let slot = &mut self.slots[place];
-            if slot.start(&self.scene, &self.rays[leaver.index], leaver.index) {
-                slot.search = leaver.search;
-                slot.top = slot.bottom + 1 + leaver.words.len();
-                self.stacks.fill(slot.bottom + 1, leaver.entries, leaver.words);
-                slot.pop(self.stacks);
-                return true;
+    }
+}
+
+/// Gives every ray at a node a step.
+#[inline(always)]
+fn nodes<S: Simd, const ANY: bool>(
+    simd: S,
+    scene: &Scene<'_>,
+    places: &Places,
+    slots: &mut [Slot; SLOTS],
+    stacks: &mut Open<'_>,
+    lists: &mut Lists,
+) {
+    let nodes = &scene.bvh.arrays.nodes[..];
+    let count = lists.restart(NODES);
+    for i in 0..count {
+        let visit = lists.visit(NODES, i);
+        let slot = &mut slots[visit.slot()];
+        let (entries, words) = stacks.rooms(slot.top);
+        slot.top += simd.children::<ANY>(&nodes[visit.word as usize], &slot.slab, &slot.range, entries, words);
+    }
+    for i in 0..count {
+        let place = lists.visit(NODES, i).slot();
+        let word = slots[place].pop(stacks);
+        lists.add(place, word);
+        places.prefetch(simd, word);
+    }
+}
+
+/// Tests a pack for every ray that has come to one.
+#[inline(always)]
+fn packs<S: Simd, const ANY: bool>(
+    simd: S,
+    scene: &Scene<'_>,
+    places: &Places,
+    visits: &[Visit],
+    slots: &mut [Slot; SLOTS],
+    stacks: &mut Open<'_>,
+    lists: &mut Lists,
+) {
+    let packs = &scene.bvh.arrays.packs[..];
+    let mut pending = [Pending::default(); SLOTS];
+    let mut waiting = 0;
+    for &visit in visits {
+        let candidates = simd.candidates(&packs[Child::first(visit.word)], &slots[visit.slot()].ray);
+        pending[waiting % SLOTS] = Pending { visit, candidates };
+        waiting += usize::from(candidates != 0);
+    }
+    let mut done = 0_u32;
+    for &Pending { visit, candidates } in &pending[..waiting.min(SLOTS)] {
+        let (slot, index) = (&mut slots[visit.slot()], Child::first(visit.word));
+        let within = (&slot.ray, slot.instance);
+        if scene.pack(index, &packs[index], candidates, within, &mut slot.search) {
+            slot.shorten::<S, ANY>(simd, stacks);
+            done |= u32::from(ANY) << visit.slot();
+        }
+    }
+    for &visit in visits {
+        let (place, slot) = (visit.slot(), &mut slots[visit.slot()]);
+        let (is_last, rest) = Child::next_pack(visit.word);
+        let is_last = is_last | (done >> place & 1 == 1);
+        slot.top -= usize::from(is_last);
+        let below = stacks.word(slot.top);
+        let word = if is_last { below } else { rest };
+        lists.add(place, word);
+        places.prefetch(simd, word);
+    }
+}
+
+/// Enters an instance, or tests the spheres of a leaf; what is visited next.
+#[inline(always)]
+fn aside<S: Simd, const ANY: bool>(
+    simd: S,
+    scene: &Scene<'_>,
+    slot: &mut Slot,
+    word: u32,
+    stacks: &mut Open<'_>,
+) -> u32 {
+    match Child::of(word) {
+        Child::Instance(index) => {
+            if let Some((inside, root)) = scene.enter(index, &slot.ray, &slot.search) {
+                stacks.put(slot.top, LEAVE);
+                slot.top += 1;
+                slot.outside = slot.local();
+                slot.set_local(inside);
+                return root;
             }
-            (self.finish)(leaver.index, leaver.search.hit());
         }
-        false
-    }
-
-    #[inline(always)]
-    fn nodes<S: Simd, const ANY: bool>(&mut self, simd: S, mut lists: Lists) -> Lists {
-        let list = std::mem::replace(&mut lists.nodes, List::EMPTY);
-        for i in 0..list.len {
-            let place = list.get(i);
-            let (slot, stacks) = (&mut self.slots[place], &mut *self.stacks);
-            let (word, top) = (slot.word, slot.top);
-            slot.top += self.scene.children::<S, ANY>(simd, word, &slot.local.slab, &slot.search, top, stacks);
-            slot.pop(stacks);
-            lists.file(simd, &self.places, place, slot.word);
-        }
-        lists
-    }
-
-    #[inline(always)]
-    fn packs<S: Simd, const ANY: bool>(&mut self, simd: S, mut lists: Lists) -> Lists {
-        let list = lists.ready;
-        (lists.ready, lists.packs) = (lists.packs, List::EMPTY);
-        let mut pending = [Pending::default(); SLOTS];
-        let mut count = 0;
-        for i in 0..list.len {
-            let place = list.get(i);
-            let slot = &self.slots[place];
-            let index = Child::first(slot.word);
-            let candidates = simd.candidates(&self.scene.bvh.arrays.packs[index], &slot.local.ray);
-            pending[count % SLOTS] = Pending { slot: place, pack: index, candidates };
-            count += usize::from(candidates != 0);
-        }
-        for &Pending { slot: place, pack, candidates } in &pending[..count.min(SLOTS)] {
-            let (slot, stacks) = (&mut self.slots[place], &mut *self.stacks);
-            let (index, pack) = (pack, &self.scene.bvh.arrays.packs[pack]);
-            if self.scene.pack(index, pack, candidates, &slot.local, &mut slot.search) {
+        leaf => {
+            let within = (&slot.ray, slot.instance);
+            if scene.leaf::<S, ANY>(simd, leaf, within, &mut slot.search) {
                 slot.shorten::<S, ANY>(simd, stacks);
-                if ANY {
-                    slot.word = Child::last_pack(slot.word);
-                }
             }
         }
-        for i in 0..list.len {
-            let place = list.get(i);
-            let (slot, stacks) = (&mut self.slots[place], &mut *self.stacks);
-            let (is_last, rest) = Child::next_pack(slot.word);
-            slot.top -= usize::from(is_last);
-            let below = stacks.word(slot.top);
-            slot.word = if is_last { below } else { rest };
-            lists.file(simd, &self.places, place, slot.word);
-        }
-        lists
     }
-
-    #[inline(always)]
-    fn rest<S: Simd, const ANY: bool>(&mut self, simd: S, mut lists: Lists) -> Lists {
-        let list = std::mem::replace(&mut lists.rest, List::EMPTY);
-        for i in 0..list.len {
-            let place = list.get(i);
-            let (slot, stacks) = (&mut self.slots[place], &mut *self.stacks);
-            let word = slot.word;
-            if word == END {
-                (self.finish)(slot.index, slot.search.hit());
-                if !self.start(place) {
-                    continue;
-                }
-            } else if word == LEAVE {
-                slot.local = slot.outside;
-                slot.pop(stacks);
-            } else {
-                slot.step_aside::<S, ANY>(simd, &self.scene, stacks);
-            }
-            lists.file(simd, &self.places, place, self.slots[place].word);
-        }
-        lists
-    }
+    slot.pop(stacks)
 }

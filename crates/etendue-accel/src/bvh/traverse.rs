@@ -7,7 +7,7 @@ use super::collapse::Root;
 use super::large::Remains;
 use super::node::{Child, LANES, Node, Pack, WIDTH};
 use super::packets::{BeamStack, Rest, beams};
-use super::rounds::{Rounds, SLOTS};
+use super::rounds::{self, SLOTS};
 use crate::geometry::World;
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
@@ -67,6 +67,25 @@ impl Stacks {
         }
     }
 
+    /// Both arrays as slices, which loops hold with one length.
+    #[inline(always)]
+    pub fn open(&mut self) -> Open<'_> {
+        let len = self.words.len().min(self.entries.len());
+        assert!(len >= WIDTH, "stacks have been grown");
+        Open { entries: &mut self.entries[..len], words: &mut self.words[..len], last_room: len - WIDTH }
+    }
+}
+
+/// The stacks while they are worked on.
+#[derive(Debug)]
+pub(super) struct Open<'a> {
+    entries: &'a mut [f32],
+    words: &'a mut [u32],
+    /// The last place with room for the children of a node.
+    last_room: usize,
+}
+
+impl Open<'_> {
     #[inline(always)]
     pub fn word(&self, place: usize) -> u32 {
         self.words[place]
@@ -83,6 +102,16 @@ impl Stacks {
     pub fn fill(&mut self, place: usize, entries: &[f32], words: &[u32]) {
         self.entries[place..].iter_mut().zip(entries).for_each(|(to, &from)| *to = from);
         self.words[place..].iter_mut().zip(words).for_each(|(to, &from)| *to = from);
+    }
+
+    /// Where a node's children go. Without a branch: what could not be is moved back into the stacks.
+    #[inline(always)]
+    pub fn rooms(&mut self, place: usize) -> (&mut [f32; WIDTH], &mut [u32; WIDTH]) {
+        let place = place.min(self.last_room);
+        let (entries, words) =
+            (self.entries.as_mut_ptr().wrapping_add(place), self.words.as_mut_ptr().wrapping_add(place));
+        // SAFETY: both slices hold at least `last_room + WIDTH` elements, and are borrowed for as long as the rooms are.
+        unsafe { (&mut *entries.cast(), &mut *words.cast()) }
     }
 
     /// Takes off what is beyond `t` of the stack between two places; the new upper one.
@@ -110,8 +139,9 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
         let scene = Scene { world: self.world, bvh: self.bvh };
         if self.rays.len() < FEW_RAYS {
             stacks.grow(1, self.bvh.stack_len);
+            let mut stacks = stacks.open();
             for (index, ray) in self.rays.iter().enumerate() {
-                let hit = scene.trace::<S, ANY>(simd, ray, stacks);
+                let hit = scene.trace::<S, ANY>(simd, ray, &mut stacks);
                 (self.finish)(index, hit);
             }
         } else {
@@ -131,7 +161,7 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
                 };
                 beams::<S, ANY>(simd, &scene, rays, beam_stack, rest, &mut finish);
                 if !(rest.others.is_empty() && rest.leavers.is_empty()) {
-                    Rounds::run::<S, ANY>(simd, scene, (rays, rest), stacks, finish);
+                    rounds::run::<S, ANY>(simd, &scene, (rays, rest), stacks.open(), finish);
                 }
             }
         }
@@ -146,6 +176,8 @@ pub(super) struct Places {
     sizes: [usize; 4],
     /// Where the last cache line begins.
     ends: [usize; 4],
+    /// All of it is in a cache.
+    cached: bool,
 }
 
 impl Places {
@@ -157,12 +189,17 @@ impl Places {
             starts: [nodes, packs, nodes, nodes],
             sizes: [size_of::<Node>(), size_of::<Pack>(), 0, 0],
             ends: [192, 128, 0, 0],
+            cached: scene.bvh.cached,
         }
     }
 
-    /// Asks for what a word leads to, without a branch; words of other kinds than nodes and packs ask for the first node.
+    /// Asks for what a word leads to, unless all is in a cache, without a branch on the word: those of other kinds than nodes and
+    /// packs ask for the first node.
     #[inline(always)]
     pub fn prefetch<S: Simd>(&self, simd: S, word: u32) {
+        if self.cached {
+            return;
+        }
         let kind = word as usize >> 30;
         let start = self.starts[kind & 3].wrapping_add(Child::first(word) * self.sizes[kind & 3]);
         simd.prefetch_lines::<3>(start);
@@ -194,7 +231,7 @@ pub(super) struct Local {
     pub instance: u32,
 }
 
-const NO_INSTANCE: u32 = u32::MAX;
+pub(super) const NO_INSTANCE: u32 = u32::MAX;
 
 impl Local {
     /// No ray.
@@ -215,7 +252,7 @@ impl Local {
 impl Scene<'_> {
     /// A whole search of one ray.
     #[inline(always)]
-    fn trace<S: Simd, const ANY: bool>(&self, simd: S, ray: &Ray, stacks: &mut Stacks) -> Hit {
+    fn trace<S: Simd, const ANY: bool>(&self, simd: S, ray: &Ray, stacks: &mut Open<'_>) -> Hit {
         let (Some((mut search, world_ray)), Some(root)) = (Search::start(ray), self.bvh.top.word) else {
             return Hit::MISS;
         };
@@ -228,11 +265,9 @@ impl Scene<'_> {
             let here = local;
             loop {
                 while Child::is_node(word) {
-                    len = len + self.children::<S, ANY>(simd, word, &here.slab, &search, len, stacks) - 1;
+                    len = len + self.children::<S, ANY>(simd, word, &here.slab, &search.range(), len, stacks) - 1;
                     word = stacks.word(len);
-                    if !self.bvh.cached {
-                        places.prefetch(simd, stacks.word(len.saturating_sub(1)));
-                    }
+                    places.prefetch(simd, stacks.word(len.saturating_sub(1)));
                 }
                 if word == END {
                     return search.hit();
@@ -252,7 +287,7 @@ impl Scene<'_> {
                         }
                     }
                     leaf => {
-                        if self.leaf::<S, ANY>(simd, leaf, &here, &mut search) {
+                        if self.leaf::<S, ANY>(simd, leaf, (&here.ray, here.instance), &mut search) {
                             if ANY {
                                 return search.hit();
                             }
@@ -273,28 +308,31 @@ impl Scene<'_> {
         simd: S,
         word: u32,
         slab: &SlabRay,
-        search: &Search,
+        range: &(f32, f32),
         place: usize,
-        stacks: &mut Stacks,
+        stacks: &mut Open<'_>,
     ) -> usize {
-        let rooms = (stacks.entries[place..].first_chunk_mut(), stacks.words[place..].first_chunk_mut());
-        let (Some(entries), Some(words)) = rooms else { return 0 };
-        let _: (&[f32; WIDTH], &[u32; WIDTH]) = (entries, words);
-        let range = (search.t_min, search.best.t);
+        let (entries, words) = stacks.rooms(place);
         simd.children::<ANY>(&self.bvh.arrays.nodes[word as usize], slab, range, entries, words)
     }
 
-    /// Tests what is in a leaf other than an instance. True if anything better is hit.
+    /// Tests what is in a leaf other than an instance, for a ray at the top or within an instance. True if anything better is hit.
     #[inline(always)]
-    pub fn leaf<S: Simd, const ANY: bool>(&self, simd: S, leaf: Child, local: &Local, search: &mut Search) -> bool {
+    pub fn leaf<S: Simd, const ANY: bool>(
+        &self,
+        simd: S,
+        leaf: Child,
+        (ray, within): (&LocalRay, u32),
+        search: &mut Search,
+    ) -> bool {
         let mut found = false;
         match leaf {
             Child::Packs { first, count } => {
                 for index in first as usize..(first + count) as usize {
                     let pack = &self.bvh.arrays.packs[index];
-                    let candidates = simd.candidates(pack, &local.ray);
+                    let candidates = simd.candidates(pack, ray);
                     if candidates != 0 {
-                        found |= self.pack(index, pack, candidates, local, search);
+                        found |= self.pack(index, pack, candidates, (ray, within), search);
                         if found && ANY {
                             break;
                         }
@@ -303,11 +341,11 @@ impl Scene<'_> {
             }
             Child::Spheres { first, count } => {
                 for item in &self.bvh.arrays.spheres[first as usize..(first + count) as usize] {
-                    let inside = local.instance != NO_INSTANCE;
-                    let instance = if inside { local.instance } else { item.id.instance };
+                    let inside = within != NO_INSTANCE;
+                    let instance = if inside { within } else { item.id.instance };
                     let id = PrimitiveId { instance, ..item.id };
                     if inside || self.is_seen(instance, search) {
-                        found |= search.sphere(&local.ray, &item.sphere, id);
+                        found |= search.sphere(ray, &item.sphere, id);
                     }
                 }
             }
@@ -318,14 +356,21 @@ impl Scene<'_> {
 
     /// Decides the candidates of a pack. True if anything better is hit.
     #[inline(always)]
-    pub fn pack(&self, index: usize, pack: &Pack, mut candidates: u32, local: &Local, search: &mut Search) -> bool {
-        let crossings = decide(pack.sheared(&local.ray));
+    pub fn pack(
+        &self,
+        index: usize,
+        pack: &Pack,
+        mut candidates: u32,
+        (ray, within): (&LocalRay, u32),
+        search: &mut Search,
+    ) -> bool {
+        let crossings = decide(pack.sheared(ray));
         let mut found = false;
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % LANES;
             candidates &= candidates - 1;
-            let inside = local.instance != NO_INSTANCE;
-            let instance = if inside { local.instance } else { self.bvh.arrays.owners.of(index, lane) };
+            let inside = within != NO_INSTANCE;
+            let instance = if inside { within } else { self.bvh.arrays.owners.of(index, lane) };
             if inside || self.is_seen(instance, search) {
                 let id = PrimitiveId { instance, primitive: pack.primitive[lane] };
                 let [v, w, det] = &crossings.edges;

@@ -3,7 +3,7 @@
 
 use crate::bounds::{greatest, least};
 use crate::bvh::beam::{self, BEAM, Beam, Lanes};
-use crate::bvh::node::{LANES, Node, Pack, WIDTH, near_rows};
+use crate::bvh::node::{LANES, Node, Pack, WIDTH, rows_of};
 use crate::flat::{self, Columns, Facets, FlatTriangle, Group, Pairs, Sheared};
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
@@ -14,19 +14,24 @@ pub(crate) mod x86;
 #[cfg(target_arch = "x86_64")]
 mod x86_beam;
 #[cfg(target_arch = "x86_64")]
+mod x86_beam_avx2;
+#[cfg(target_arch = "x86_64")]
 mod x86_flat;
 #[cfg(target_arch = "x86_64")]
 mod x86_scan;
 
 /// An instruction set at work. Values of the types for optional sets exist only where the processor has them.
 pub(crate) trait Simd: Copy {
+    /// Rays further apart than this ([`Beam::spread`]) are not tried as a beam, as measured.
+    const BEAM_SPREAD: f32;
+
     /// The children whose padded boxes the ray enters within the range, the nearest last; with `ANY` in the order of
     /// [`Node::order_of`]. Their entry distances and words, and how many there are.
     fn children<const ANY: bool>(
         self,
         node: &Node,
         ray: &SlabRay,
-        range: (f32, f32),
+        range: &(f32, f32),
         entries: &mut [f32; WIDTH],
         words: &mut [u32; WIDTH],
     ) -> usize;
@@ -35,12 +40,16 @@ pub(crate) trait Simd: Copy {
     /// bits as there, so what is rejected here would be rejected there.
     fn candidates(self, pack: &Pack, ray: &LocalRay) -> u32;
 
-    /// The children whose padded boxes any ray of the beam enters, in the order of [`Self::children`]: where the rays enter, NaN
-    /// for those that do not, and words; how many there are.
-    fn beam_children<const ANY: bool>(
+    /// A bit for every child whose padded box any ray of the beam may enter, and all that some ray does.
+    fn beam_outline(self, node: &Node, beam: &Beam) -> u32;
+
+    /// Of some children by number those whose padded boxes any ray of the beam enters: where the rays enter, NaN for those that
+    /// do not, and words; how many there are.
+    fn beam_children(
         self,
         node: &Node,
         beam: &Beam,
+        children: &[u8],
         enters: &mut [Lanes; WIDTH],
         words: &mut [u32; WIDTH],
     ) -> usize;
@@ -89,18 +98,22 @@ pub(crate) const STACK_ROOM: usize = 16;
 pub(crate) struct Portable;
 
 impl Simd for Portable {
+    const BEAM_SPREAD: f32 = 0.3;
+
     #[inline(always)]
     fn children<const ANY: bool>(
         self,
         node: &Node,
         ray: &SlabRay,
-        (t_min, t_max): (f32, f32),
+        range: &(f32, f32),
         entries: &mut [f32; WIDTH],
         words: &mut [u32; WIDTH],
     ) -> usize {
+        let &(t_min, t_max) = range;
         let (mut enter, mut exit) = ([t_min; WIDTH], [t_max; WIDTH]);
-        for (axis, near) in near_rows(ray).into_iter().enumerate() {
-            let (first, last) = (&node.rows[near], &node.rows[near ^ 1]);
+        let [near, far] = rows_of(ray.octant);
+        for axis in 0..3 {
+            let (first, last) = (node.row(near[axis]), node.row(far[axis]));
             for i in 0..WIDTH {
                 enter[i] = greatest(first[i] * ray.rate[axis] - ray.near[axis], enter[i]);
                 exit[i] = least(last[i] * ray.rate[axis] - ray.far[axis], exit[i]);
@@ -119,16 +132,7 @@ impl Simd for Portable {
 
     #[inline(always)]
     fn candidates(self, pack: &Pack, ray: &LocalRay) -> u32 {
-        let [kx, ky, kz] = ray.axes;
-        let mut sheared = [[[0.0_f32; LANES]; 2]; 3];
-        for (corner, [x, y]) in pack.corners.iter().zip(&mut sheared) {
-            for i in 0..LANES {
-                let z = corner[kz][i] - ray.origin[kz];
-                x[i] = (corner[kx][i] - ray.origin[kx]) - ray.shear[0] * z;
-                y[i] = (corner[ky][i] - ray.origin[ky]) - ray.shear[1] * z;
-            }
-        }
-        let [[ax, ay], [bx, by], [cx, cy]] = sheared;
+        let [[ax, ay, _], [bx, by, _], [cx, cy, _]] = pack.sheared(ray);
         let mut found = 0;
         for i in 0..LANES {
             let u = cx[i] * by[i] - cy[i] * bx[i];
@@ -141,14 +145,20 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn beam_children<const ANY: bool>(
+    fn beam_outline(self, node: &Node, beam: &Beam) -> u32 {
+        beam.outline.children(node, &beam.rows)
+    }
+
+    #[inline(always)]
+    fn beam_children(
         self,
         node: &Node,
         beam: &Beam,
+        children: &[u8],
         enters: &mut [Lanes; WIDTH],
         words: &mut [u32; WIDTH],
     ) -> usize {
-        beam::children::<ANY>(node, beam, enters, words)
+        beam::children(node, beam, children, enters, words)
     }
 
     #[inline(always)]

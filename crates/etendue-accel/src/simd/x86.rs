@@ -6,10 +6,11 @@ use std::arch::x86_64::*;
 
 use super::Simd;
 use super::x86_beam::{beam_children, beam_triangle, waiting};
+use super::x86_beam_avx2;
 use super::x86_flat::{shear, transpose};
 use super::x86_scan::{scan_avx2, scan_avx512};
-use crate::bvh::beam::{self, BEAM, Beam, Lanes};
-use crate::bvh::node::{Node, Pack, WIDTH, near_rows};
+use crate::bvh::beam::{BEAM, Beam, Lanes};
+use crate::bvh::node::{Node, Pack, WIDTH, rows_of};
 use crate::flat::{self, Columns, Facets, FlatTriangle, Group, Pairs, Sheared};
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
@@ -35,12 +36,14 @@ pub(crate) fn run_avx512<K: SimdKernel>(kernel: K) -> K::Output {
 }
 
 impl Simd for Avx2 {
+    const BEAM_SPREAD: f32 = 0.3;
+
     #[inline(always)]
     fn children<const ANY: bool>(
         self,
         node: &Node,
         ray: &SlabRay,
-        range: (f32, f32),
+        range: &(f32, f32),
         entries: &mut [f32; WIDTH],
         words: &mut [u32; WIDTH],
     ) -> usize {
@@ -55,24 +58,34 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn beam_children<const ANY: bool>(
+    fn beam_outline(self, node: &Node, beam: &Beam) -> u32 {
+        // SAFETY: as above.
+        unsafe { x86_beam_avx2::beam_outline(node, beam) }
+    }
+
+    #[inline(always)]
+    fn beam_children(
         self,
         node: &Node,
         beam: &Beam,
+        children: &[u8],
         enters: &mut [Lanes; WIDTH],
         words: &mut [u32; WIDTH],
     ) -> usize {
-        beam::children::<ANY>(node, beam, enters, words)
+        // SAFETY: as above.
+        unsafe { x86_beam_avx2::beam_children(node, beam, children, enters, words) }
     }
 
     #[inline(always)]
     fn waiting(self, enters: &Lanes, bound: &Lanes) -> u32 {
-        beam::waiting(enters, bound)
+        // SAFETY: as above.
+        unsafe { x86_beam_avx2::waiting(enters, bound) }
     }
 
     #[inline(always)]
     fn beam_triangle(self, pack: &Pack, place: usize, beam: &Beam, sheared: &mut [[[f32; BEAM]; 3]; 3]) -> u32 {
-        beam::triangle(pack, place, beam, sheared)
+        // SAFETY: as above.
+        unsafe { x86_beam_avx2::beam_triangle(pack, place, beam, sheared) }
     }
 
     #[inline(always)]
@@ -100,12 +113,14 @@ impl Simd for Avx2 {
 }
 
 impl Simd for Avx512 {
+    const BEAM_SPREAD: f32 = f32::INFINITY;
+
     #[inline(always)]
     fn children<const ANY: bool>(
         self,
         node: &Node,
         ray: &SlabRay,
-        range: (f32, f32),
+        range: &(f32, f32),
         entries: &mut [f32; WIDTH],
         words: &mut [u32; WIDTH],
     ) -> usize {
@@ -120,15 +135,22 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn beam_children<const ANY: bool>(
+    fn beam_outline(self, node: &Node, beam: &Beam) -> u32 {
+        // SAFETY: as above.
+        unsafe { x86_beam_avx2::beam_outline(node, beam) }
+    }
+
+    #[inline(always)]
+    fn beam_children(
         self,
         node: &Node,
         beam: &Beam,
+        children: &[u8],
         enters: &mut [Lanes; WIDTH],
         words: &mut [u32; WIDTH],
     ) -> usize {
         // SAFETY: as above.
-        unsafe { beam_children::<ANY>(node, beam, enters, words) }
+        unsafe { beam_children(node, beam, children, enters, words) }
     }
 
     #[inline(always)]
@@ -207,20 +229,21 @@ pub(super) fn prefetch<const LINES: usize>(start: *const u8) {
 /// # Safety
 /// The processor has AVX2 and FMA.
 #[inline(always)]
-unsafe fn intervals(node: &Node, ray: &SlabRay, (t_min, t_max): (f32, f32)) -> (__m256, __m256) {
-    // SAFETY: the caller says so; arrays hold eight floats, and the loads need no alignment.
+unsafe fn intervals(node: &Node, ray: &SlabRay, (t_min, t_max): &(f32, f32)) -> (__m256, __m256) {
+    // SAFETY: the caller says so; rows of eight floats begin where the table says, and the loads need no alignment.
     unsafe {
-        let rows = near_rows(ray);
+        let [near, far] = rows_of(ray.octant);
+        let row = |start: u8| _mm256_loadu_ps(node.rows.as_ptr().cast::<f32>().add(usize::from(start)));
         let near = |axis: usize| {
             let rate = _mm256_set1_ps(ray.rate[axis]);
-            _mm256_fmsub_ps(_mm256_loadu_ps(node.rows[rows[axis]].as_ptr()), rate, _mm256_set1_ps(ray.near[axis]))
+            _mm256_fmsub_ps(row(near[axis]), rate, _mm256_set1_ps(ray.near[axis]))
         };
         let far = |axis: usize| {
             let rate = _mm256_set1_ps(ray.rate[axis]);
-            _mm256_fmsub_ps(_mm256_loadu_ps(node.rows[rows[axis] ^ 1].as_ptr()), rate, _mm256_set1_ps(ray.far[axis]))
+            _mm256_fmsub_ps(row(far[axis]), rate, _mm256_set1_ps(ray.far[axis]))
         };
-        let enter = _mm256_max_ps(_mm256_max_ps(near(0), near(1)), _mm256_max_ps(near(2), _mm256_set1_ps(t_min)));
-        let exit = _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_set1_ps(t_max)));
+        let enter = _mm256_max_ps(_mm256_max_ps(near(0), near(1)), _mm256_max_ps(near(2), _mm256_broadcast_ss(t_min)));
+        let exit = _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_broadcast_ss(t_max)));
         (enter, exit)
     }
 }
@@ -230,11 +253,11 @@ unsafe fn intervals(node: &Node, ray: &SlabRay, (t_min, t_max): (f32, f32)) -> (
 /// # Safety
 /// The processor has AVX2.
 #[inline(always)]
-unsafe fn order_of(node: &Node, ray: &SlabRay) -> __m256i {
+unsafe fn order_of(node: &Node, octant: u32) -> __m256i {
     // SAFETY: the caller says so.
     unsafe {
         // Only the lowest three bits of an index count.
-        let word = _mm256_set1_epi32(node.order[ray.octant as usize & 7] as i32);
+        let word = _mm256_set1_epi32(node.order[octant as usize & 7] as i32);
         _mm256_srlv_epi32(word, _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21))
     }
 }
@@ -245,24 +268,26 @@ unsafe fn order_of(node: &Node, ray: &SlabRay) -> __m256i {
 unsafe fn children_avx2<const ANY: bool>(
     node: &Node,
     ray: &SlabRay,
-    range: (f32, f32),
+    range: &(f32, f32),
     entries: &mut [f32; WIDTH],
     words: &mut [u32; WIDTH],
 ) -> usize {
     // SAFETY: the caller says so; arrays hold eight elements, and loads and stores need no alignment.
     unsafe {
-        let (mut enter, mut exit) = intervals(node, ray, range);
-        let mut children = _mm256_loadu_si256(node.children.as_ptr().cast());
+        let (enter, exit) = intervals(node, ray, range);
+        let children = _mm256_loadu_si256(node.children.as_ptr().cast());
+        let mut entered = _mm256_cmp_ps::<_CMP_LE_OQ>(enter, exit);
+        let order = order_of(node, ray.octant);
         if !ANY {
-            let order = order_of(node, ray);
-            enter = _mm256_permutevar8x32_ps(enter, order);
-            exit = _mm256_permutevar8x32_ps(exit, order);
-            children = _mm256_permutevar8x32_epi32(children, order);
+            entered = _mm256_permutevar8x32_ps(entered, order);
         }
-        let entered = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, exit)) as usize;
-        let compress = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(COMPRESS[entered & 255] as i64));
-        _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, compress));
-        _mm256_storeu_si256(words.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(children, compress));
+        let entered = _mm256_movemask_ps(entered) as usize;
+        let mut places = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(COMPRESS[entered & 255] as i64));
+        if !ANY {
+            places = _mm256_permutevar8x32_epi32(order, places);
+        }
+        _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, places));
+        _mm256_storeu_si256(words.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(children, places));
         entered.count_ones() as usize
     }
 }
@@ -273,7 +298,7 @@ unsafe fn children_avx2<const ANY: bool>(
 unsafe fn children_avx512<const ANY: bool>(
     node: &Node,
     ray: &SlabRay,
-    range: (f32, f32),
+    range: &(f32, f32),
     entries: &mut [f32; WIDTH],
     words: &mut [u32; WIDTH],
 ) -> usize {
@@ -282,7 +307,7 @@ unsafe fn children_avx512<const ANY: bool>(
         let (mut enter, mut exit) = intervals(node, ray, range);
         let mut children = _mm256_loadu_si256(node.children.as_ptr().cast());
         if !ANY {
-            let order = order_of(node, ray);
+            let order = order_of(node, ray.octant);
             enter = _mm256_permutexvar_ps(order, enter);
             exit = _mm256_permutexvar_ps(order, exit);
             children = _mm256_permutexvar_epi32(order, children);
@@ -359,15 +384,16 @@ unsafe fn cull_avx512(entries: &mut [f32], words: &mut [u32], len: usize, t: f32
 /// The processor has AVX2.
 #[inline(always)]
 unsafe fn candidates_avx2(pack: &Pack, ray: &LocalRay) -> u32 {
-    // SAFETY: the caller says so; arrays hold four floats, and the loads need no alignment.
+    // SAFETY: the caller says so; there are three axes, arrays hold four floats, and the loads need no alignment.
     unsafe {
-        let [kx, ky, kz] = ray.axes;
-        let (ox, oy, oz) = (_mm_set1_ps(ray.origin[kx]), _mm_set1_ps(ray.origin[ky]), _mm_set1_ps(ray.origin[kz]));
+        let axes = ray.axes.map(|axis| axis as usize);
+        let [ox, oy, oz] = axes.map(|axis| _mm_broadcast_ss(ray.origin.get_unchecked(axis)));
         let (sx, sy) = (_mm_set1_ps(ray.shear[0]), _mm_set1_ps(ray.shear[1]));
         let sheared = |corner: &[[f32; 4]; 3]| {
-            let z = _mm_sub_ps(_mm_loadu_ps(corner[kz].as_ptr()), oz);
-            let x = _mm_sub_ps(_mm_sub_ps(_mm_loadu_ps(corner[kx].as_ptr()), ox), _mm_mul_ps(sx, z));
-            let y = _mm_sub_ps(_mm_sub_ps(_mm_loadu_ps(corner[ky].as_ptr()), oy), _mm_mul_ps(sy, z));
+            let [x, y, z] = axes.map(|axis| _mm_loadu_ps(corner.get_unchecked(axis).as_ptr()));
+            let z = _mm_sub_ps(z, oz);
+            let x = _mm_sub_ps(_mm_sub_ps(x, ox), _mm_mul_ps(sx, z));
+            let y = _mm_sub_ps(_mm_sub_ps(y, oy), _mm_mul_ps(sy, z));
             (x, y)
         };
         let [a, b, c] = &pack.corners;

@@ -10,28 +10,31 @@ type Sheared = (__m512, __m512, __m512);
 
 #[inline]
 #[target_feature(enable = "avx512f,popcnt")]
-pub(super) fn beam_children<const ANY: bool>(
+pub(super) fn beam_children(
     node: &Node,
     beam: &Beam,
+    children: &[u8],
     enters: &mut [Lanes; WIDTH],
     words: &mut [u32; WIDTH],
 ) -> usize {
-    let order = node.order_of::<ANY>(beam.octant);
-    let [x, y, z] = beam.rows.map(|row| [&node.rows[row % 6], &node.rows[(row ^ 1) % 6]]);
+    let [near, far] = &beam.rows;
+    let (x, to_x) = (node.row(near[0]), node.row(far[0]));
+    let (y, to_y) = (node.row(near[1]), node.row(far[1]));
+    let (z, to_z) = (node.row(near[2]), node.row(far[2]));
     let rate = [load(&beam.rate[0]), load(&beam.rate[1]), load(&beam.rate[2])];
     let near = [load(&beam.near[0]), load(&beam.near[1]), load(&beam.near[2])];
     let far = [load(&beam.far[0]), load(&beam.far[1]), load(&beam.far[2])];
     let (t_min, bound, none) = (load(&beam.t_min), load(&beam.bound), _mm512_set1_ps(f32::NAN));
     let mut used = 0;
-    for i in 0..WIDTH {
-        let child = (order >> (3 * i) & 7) as usize;
-        let first = _mm512_fmsub_ps(_mm512_set1_ps(x[0][child]), rate[0], near[0]);
-        let second = _mm512_fmsub_ps(_mm512_set1_ps(y[0][child]), rate[1], near[1]);
-        let third = _mm512_fmsub_ps(_mm512_set1_ps(z[0][child]), rate[2], near[2]);
+    for &child in children {
+        let child = usize::from(child) % WIDTH;
+        let first = _mm512_fmsub_ps(_mm512_set1_ps(x[child]), rate[0], near[0]);
+        let second = _mm512_fmsub_ps(_mm512_set1_ps(y[child]), rate[1], near[1]);
+        let third = _mm512_fmsub_ps(_mm512_set1_ps(z[child]), rate[2], near[2]);
         let enter = _mm512_max_ps(_mm512_max_ps(first, second), _mm512_max_ps(third, t_min));
-        let first = _mm512_fmsub_ps(_mm512_set1_ps(x[1][child]), rate[0], far[0]);
-        let second = _mm512_fmsub_ps(_mm512_set1_ps(y[1][child]), rate[1], far[1]);
-        let third = _mm512_fmsub_ps(_mm512_set1_ps(z[1][child]), rate[2], far[2]);
+        let first = _mm512_fmsub_ps(_mm512_set1_ps(to_x[child]), rate[0], far[0]);
+        let second = _mm512_fmsub_ps(_mm512_set1_ps(to_y[child]), rate[1], far[1]);
+        let third = _mm512_fmsub_ps(_mm512_set1_ps(to_z[child]), rate[2], far[2]);
         let exit = _mm512_min_ps(_mm512_min_ps(first, second), _mm512_min_ps(third, bound));
         let entered = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(enter, exit);
         store(&mut enters[used & 7].0, _mm512_mask_mov_ps(none, entered, enter));
