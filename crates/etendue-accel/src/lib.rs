@@ -12,6 +12,7 @@ mod clip;
 mod error;
 mod flat;
 mod geometry;
+mod in_flight;
 mod isa;
 mod items;
 mod kd;

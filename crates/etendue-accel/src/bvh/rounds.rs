@@ -14,27 +14,7 @@ use crate::simd::Simd;
 pub(super) const SLOTS: usize = 32;
 
 /// Slots that will do the same next.
-#[derive(Clone, Copy)]
-struct List {
-    slots: [u8; SLOTS],
-    len: usize,
-}
-
-impl List {
-    const EMPTY: Self = Self { slots: [0; SLOTS], len: 0 };
-
-    /// Adds a slot if a condition holds.
-    #[inline(always)]
-    fn add_if(&mut self, slot: usize, condition: bool) {
-        self.slots[self.len % SLOTS] = slot as u8;
-        self.len += usize::from(condition);
-    }
-
-    #[inline(always)]
-    fn get(&self, place: usize) -> usize {
-        usize::from(self.slots[place % SLOTS]) % SLOTS
-    }
-}
+type List = crate::in_flight::List<SLOTS>;
 
 /// One ray in flight.
 #[derive(Clone, Copy)]
@@ -168,7 +148,7 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
                 lists.file(simd, &places, place, rounds.slots[place].word);
             }
         }
-        while lists.nodes.len + lists.packs.len + lists.ready.len + lists.rest.len > 0 {
+        while lists.nodes.len() + lists.packs.len() + lists.ready.len() + lists.rest.len() > 0 {
             lists = rounds.nodes::<S, ANY>(simd, lists);
             lists = rounds.packs::<S, ANY>(simd, lists);
             lists = rounds.rest::<S, ANY>(simd, lists);
@@ -203,7 +183,7 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
     #[inline(always)]
     fn nodes<S: Simd, const ANY: bool>(&mut self, simd: S, mut lists: Lists) -> Lists {
         let list = std::mem::replace(&mut lists.nodes, List::EMPTY);
-        for i in 0..list.len {
+        for i in 0..list.len() {
             let place = list.get(i);
             let (slot, stacks) = (&mut self.slots[place], &mut *self.stacks);
             let (word, top) = (slot.word, slot.top);
@@ -220,7 +200,7 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
         (lists.ready, lists.packs) = (lists.packs, List::EMPTY);
         let mut pending = [Pending::default(); SLOTS];
         let mut count = 0;
-        for i in 0..list.len {
+        for i in 0..list.len() {
             let place = list.get(i);
             let slot = &self.slots[place];
             let index = Child::first(slot.word);
@@ -238,7 +218,7 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
                 }
             }
         }
-        for i in 0..list.len {
+        for i in 0..list.len() {
             let place = list.get(i);
             let (slot, stacks) = (&mut self.slots[place], &mut *self.stacks);
             let (is_last, rest) = Child::next_pack(slot.word);
@@ -253,7 +233,7 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
     #[inline(always)]
     fn rest<S: Simd, const ANY: bool>(&mut self, simd: S, mut lists: Lists) -> Lists {
         let list = std::mem::replace(&mut lists.rest, List::EMPTY);
-        for i in 0..list.len {
+        for i in 0..list.len() {
             let place = list.get(i);
             let (slot, stacks) = (&mut self.slots[place], &mut *self.stacks);
             let word = slot.word;
