@@ -55,7 +55,8 @@ pub(super) fn middle(count: usize, cell: &Bounds) -> Option<Cut> {
 /// The cheapest plane (MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990), if it is cheaper than a leaf.
 pub(super) fn cheapest(references: &[Reference], cell: &Bounds) -> Option<Cut> {
     let count = references.len();
-    let mut best = Best { cell, cut: None, cost: packs(count) * cell.half_area() };
+    let area = cell.half_area();
+    let mut best = Best { cell, area, cut: None, cost: packs(count) * area };
     if count <= FEW {
         every_end(references, &mut best);
     } else {
@@ -66,20 +67,29 @@ pub(super) fn cheapest(references: &[Reference], cell: &Bounds) -> Option<Cut> {
 
 /// Considers the planes in which boxes begin or end.
 fn every_end(references: &[Reference], best: &mut Best<'_>) {
-    let count = references.len();
+    let count = references.len().min(FEW);
     for axis in 0..3 {
-        let (mut lows, mut highs) = ([f32::INFINITY; FEW], [f32::NEG_INFINITY; FEW]);
-        for (i, reference) in references.iter().enumerate() {
-            (lows[i], highs[i]) = (reference.bounds.min[axis], reference.bounds.max[axis]);
+        let (mut lows, mut highs, mut flat, mut flats) = ([0.0; FEW], [0.0; FEW], [0.0; FEW], 0);
+        for (i, Reference { bounds, .. }) in references.iter().take(FEW).enumerate() {
+            (lows[i], highs[i]) = (bounds.min[axis], bounds.max[axis]);
+            flat[flats % FEW] = lows[i];
+            flats += usize::from(lows[i] == highs[i]);
         }
-        for at in lows.into_iter().take(count).chain(highs.into_iter().take(count)) {
-            let (mut below, mut above) = (0_u32, 0_u32);
-            for i in 0..FEW {
-                // What there is no reference for is neither.
-                below += u32::from((lows[i] < at) | ((lows[i] == at) & (highs[i] == at)));
-                above += u32::from(highs[i] > at);
+        let (lows, highs, flat) = (&mut lows[..count], &mut highs[..count], &flat[..flats.min(FEW)]);
+        lows.sort_unstable_by(f32::total_cmp);
+        highs.sort_unstable_by(f32::total_cmp);
+        for ends in [&*lows, &*highs] {
+            let (mut begun, mut ended) = (0, 0);
+            for &at in ends {
+                while begun < count && lows[begun] < at {
+                    begun += 1;
+                }
+                while ended < count && highs[ended] <= at {
+                    ended += 1;
+                }
+                let in_plane = flat.iter().filter(|&&x| x == at).count();
+                best.consider(Cut { axis, at }, begun + in_plane, count - ended);
             }
-            best.consider(Cut { axis, at }, below as usize, above as usize);
         }
     }
 }
@@ -115,6 +125,7 @@ fn bins(references: &[Reference], best: &mut Best<'_>) {
 /// The cheapest cut of a cell so far.
 struct Best<'a> {
     cell: &'a Bounds,
+    area: f32,
     cut: Option<Cut>,
     cost: f32,
 }
@@ -126,10 +137,13 @@ impl Best<'_> {
         if !(self.cell.min[axis] < at && at < self.cell.max[axis]) {
             return;
         }
-        let [lower, upper] = cut.halves(self.cell).map(|half| half.half_area());
-        let tests = lower * packs(below) + upper * packs(above);
+        // Half areas are linear in the third side.
+        let side = |axis: usize| self.cell.max[axis % 3] - self.cell.min[axis % 3];
+        let (one, other) = (side(axis + 1), side(axis + 2));
+        let area = |third: f32| one * other + (one + other) * third;
+        let tests = area(at - self.cell.min[axis]) * packs(below) + area(self.cell.max[axis] - at) * packs(above);
         let factor = if below == 0 || above == 0 { EMPTY_FACTOR } else { 1.0 };
-        let cost = factor * (STEP_COST * self.cell.half_area() + tests);
+        let cost = factor * (STEP_COST * self.area + tests);
         if cost < self.cost {
             (self.cut, self.cost) = (Some(cut), cost);
         }
@@ -138,5 +152,5 @@ impl Best<'_> {
 
 /// How many packs so many primitives fill.
 fn packs(count: usize) -> f32 {
-    count.div_ceil(LANES) as f32
+    count.div_ceil(LANES) as u32 as f32
 }

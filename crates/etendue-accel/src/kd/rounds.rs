@@ -27,10 +27,10 @@ const TOGETHER: usize = 2;
 const ROOM: usize = 128;
 
 // The end; a cell for each node on the way down, what is left of a run of others, and the way back out of an instance; the same inside
-// of it, where there are no instances; and two cells beyond that a step may write.
-const _: () = assert!(1 + (DEPTH_LIMIT + 2) + (DEPTH_LIMIT + 1) + 3 <= ROOM);
+// of it, where there are no instances; and one beyond that a step may write.
+const _: () = assert!(1 + (DEPTH_LIMIT + 2) + (DEPTH_LIMIT + 1) + 1 <= ROOM);
 
-/// One ray in flight. An odd number of cache lines, so that stacks do not share sets of a cache.
+/// One ray in flight.
 #[repr(align(64))]
 pub(super) struct Slot {
     stack: [Cell; ROOM],
