@@ -28,7 +28,7 @@ const ROOM: usize = 128;
 
 // The end; a cell for each node on the way down, what is left of a run of others, and the way back out of an instance; the same inside
 // of it, where there are no instances; and one beyond that a step may write.
-const _: () = assert!(1 + (DEPTH_LIMIT + 2) + (DEPTH_LIMIT + 1) + 1 <= ROOM);
+const _: () = assert!(1 + (DEPTH_LIMIT + 2) + (DEPTH_LIMIT + 1) < ROOM);
 
 /// One ray in flight.
 #[repr(align(64))]
@@ -232,13 +232,12 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
     #[inline(always)]
     fn go_down<const N: usize>(&mut self, list: &List<SLOTS>, start: usize, lists: &mut Lists) {
         let mut places = [0; N];
-        for i in 0..N {
-            places[i] = list.get(start + i);
+        for (i, place) in places.iter_mut().enumerate() {
+            *place = list.get(start + i);
         }
         let Ok(slots) = self.slots.get_disjoint_mut(places) else { return };
         let reached = descend(slots, self.nodes);
-        for i in 0..N {
-            let (place, Node { at, word }) = (places[i], reached[i]);
+        for (place, Node { at, word }) in places.into_iter().zip(reached) {
             let (is_leaf, is_packs) = (word & 3 == Node::LEAF, at.to_bits() < Node::COUNT_LIMIT);
             lists.nodes.add_if(place, !is_leaf);
             lists.packs.add_if(place, is_leaf & is_packs);
