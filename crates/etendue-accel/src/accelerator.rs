@@ -189,7 +189,7 @@ impl Accelerator {
         let world = &self.world;
         match &self.structure {
             Structure::Brute => run(self.isa, BruteTrace::<_, ANY> { world, rays, finish }),
-            Structure::KdTree(tree) => run(self.isa, kd::Trace::<_, ANY> { world, tree, rays, finish }),
+            Structure::KdTree(tree) => dispatch(self.isa, kd::Trace::<_, ANY> { world, tree, rays, finish }),
             Structure::Bvh(bvh) => dispatch(self.isa, bvh::Trace::<_, ANY> { world, bvh, rays, finish }),
             Structure::Flat(flat) => dispatch(self.isa, flat::Trace::<_, ANY> { flat, rays, finish }),
         }

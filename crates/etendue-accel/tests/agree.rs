@@ -633,6 +633,30 @@ fn nothing_to_hit() {
     }
 }
 
+/// Leaves with triangles, spheres and instances at once, more instances than fit a stack, some of them moving.
+#[test]
+fn many_instances_among_other_things() {
+    let mut rng = Rng(27);
+    let balls = (0..80).map(|_| Sphere { center: rng.point(1.0), radius: 0.3 * rng.unit() as f32 + 0.01 }).collect();
+    let small =
+        vec![Sphere { center: [0.1, 0.0, 0.0], radius: 0.1 }, Sphere { center: [-0.1, 0.05, 0.0], radius: 0.08 }];
+    let geometries =
+        vec![soup(&mut rng, 80, 0.3), spheres(balls), soup(&mut rng, 6, 0.15), spheres(small), soup(&mut rng, 1, 0.2)];
+    let mut instances = vec![plain(0), plain(1), Instance { mask: 2, ..plain(0) }];
+    for i in 0..600 {
+        let shift = if i % 3 == 0 { [0.3, 0.2, 0.1] } else { rng.point(1.0) };
+        let geometry = 2 + i % 3;
+        let linear = rng.linear();
+        let instance = match i % 4 {
+            0 => moving(&mut rng, geometry, linear, shift, 2, 0.3),
+            _ => placed(geometry, linear, shift),
+        };
+        instances.push(Instance { mask: *rng.pick(&[!0, 1, 2]), ..instance });
+    }
+    let found = compare("many instances", &World { geometries, instances }, ray_count() / 50, 27);
+    assert!(found > ray_count() / 200, "{found}");
+}
+
 /// Large enough that the wide tree keeps several rays in flight.
 #[test]
 fn larger_than_the_cache() {

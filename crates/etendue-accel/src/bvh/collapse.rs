@@ -494,12 +494,7 @@ fn pack(items: &[Item], source: Source<'_>) -> Pack {
     for (lane, item) in items.iter().enumerate() {
         let id = item.id();
         let Some(corners) = source.triangle(id) else { continue };
-        for (corner, point) in pack.corners.iter_mut().zip(corners) {
-            for (axis, x) in corner.iter_mut().zip(point) {
-                axis[lane] = x;
-            }
-        }
-        pack.primitive[lane] = id.primitive;
+        pack.set(lane, &corners, id.primitive);
     }
     pack
 }

@@ -182,6 +182,17 @@ pub(crate) struct Pack {
 impl Pack {
     pub const EMPTY: Self = Self { corners: [[[f32::NAN; LANES]; 3]; 3], primitive: [0; LANES] };
 
+    /// Puts a triangle into a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, corners: &[[f32; 3]; 3], primitive: u32) {
+        for (corner, point) in self.corners.iter_mut().zip(corners) {
+            for (axis, &x) in corner.iter_mut().zip(point) {
+                axis[lane] = x;
+            }
+        }
+        self.primitive[lane] = primitive;
+    }
+
     /// The sheared corners.
     #[inline(always)]
     pub fn sheared(&self, ray: &LocalRay) -> [[[f32; LANES]; 3]; 3] {

@@ -53,8 +53,9 @@ pub(super) fn shear(triangles: &[FlatTriangle], rays: &Group, pairs: &[u32; LANE
     let start = _mm512_mullo_epi32(triangle, _mm512_set1_epi32(TRIANGLE_WORDS as i32));
     // Lanes are told by the lowest four bits.
     let of_ray = |row: &[f32; LANES]| _mm512_permutexvar_ps(pairs, load16(row));
-    let [ox, oy, oz] = rays.turned.each_ref().map(of_ray);
-    let [sx, sy, sz] = rays.shear.each_ref().map(of_ray);
+    // Not by `map`, into which closures of other instruction sets are not inlined.
+    let (ox, oy, oz) = (of_ray(&rays.turned[0]), of_ray(&rays.turned[1]), of_ray(&rays.turned[2]));
+    let (sx, sy, sz) = (of_ray(&rays.shear[0]), of_ray(&rays.shear[1]), of_ray(&rays.shear[2]));
     let (two, three) = (_mm512_set1_epi32(2), _mm512_set1_epi32(3));
     let z_axis = _mm512_min_epu32(_mm512_permutexvar_epi32(pairs, load16_words(&rays.major)), two);
     let next = |axis: __m512i| {
@@ -62,7 +63,8 @@ pub(super) fn shear(triangles: &[FlatTriangle], rays: &Group, pairs: &[u32; LANE
         _mm512_mask_sub_epi32(next, _mm512_cmpeq_epi32_mask(next, three), next, three)
     };
     let x_axis = next(z_axis);
-    let axes = [x_axis, next(x_axis), z_axis].map(|axis| _mm512_add_epi32(start, axis));
+    let axes =
+        [_mm512_add_epi32(start, x_axis), _mm512_add_epi32(start, next(x_axis)), _mm512_add_epi32(start, z_axis)];
     let from = triangles.as_ptr().cast::<f32>();
     for (corner, [x, y, depth]) in sheared.iter_mut().enumerate() {
         let place = _mm512_set1_epi32(3 * corner as i32);

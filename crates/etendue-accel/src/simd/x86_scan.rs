@@ -59,7 +59,9 @@ impl Scan16 {
         let zero = _mm512_setzero_ps();
         let [ox, oy, oz] = self.origin;
         let [dx, dy, dz] = self.direction;
-        let [nx, ny, nz] = facet.normal.map(|x| _mm512_set1_ps(x));
+        // Not by `map`, into which closures of other instruction sets are not inlined.
+        let [nx, ny, nz] = facet.normal;
+        let (nx, ny, nz) = (_mm512_set1_ps(nx), _mm512_set1_ps(ny), _mm512_set1_ps(nz));
         let speed = _mm512_fmadd_ps(nx, dx, _mm512_fmadd_ps(ny, dy, _mm512_mul_ps(nz, dz)));
         let above = _mm512_fnmadd_ps(nz, oz, _mm512_set1_ps(facet.height));
         let above = _mm512_fnmadd_ps(nx, ox, _mm512_fnmadd_ps(ny, oy, above));
@@ -161,7 +163,9 @@ impl Scan8 {
         let (zero, zero_words) = (_mm256_setzero_ps(), _mm256_setzero_si256());
         let [ox, oy, oz] = &rays.origin;
         let [dx, dy, dz] = &rays.direction;
-        let [nx, ny, nz] = facet.normal.map(|x| _mm256_set1_ps(x));
+        // Not by `map`, into which closures of other instruction sets are not inlined.
+        let [nx, ny, nz] = facet.normal;
+        let (nx, ny, nz) = (_mm256_set1_ps(nx), _mm256_set1_ps(ny), _mm256_set1_ps(nz));
         let speed = _mm256_mul_ps(nz, load_half::<HALF>(dz));
         let speed = _mm256_fmadd_ps(nx, load_half::<HALF>(dx), _mm256_fmadd_ps(ny, load_half::<HALF>(dy), speed));
         let above = _mm256_fnmadd_ps(nz, load_half::<HALF>(oz), _mm256_set1_ps(facet.height));
