@@ -65,7 +65,7 @@ fn found_weight(strategy: Strategy, density: Density, light_density: impl FnOnce
     }
 }
 
-/// Takes path `path` through the vertex that its ray has reached.
+/// Takes path `path` through the vertex that its ray has reached; without media, one that [`Groups::take_facet`] does not take.
 #[inline]
 pub(super) fn shade<const MEDIA: bool>(
     context: &Context,
@@ -87,11 +87,7 @@ pub(super) fn shade<const MEDIA: bool>(
         paths.progress[path].alive = false;
         return;
     }
-    // Layers want more of the first surface than plain facets tell.
-    let wants_first = context.wants_layers && paths.progress[path].depth == 1;
-    if !MEDIA && !wants_first && groups.take_facet(context, strategy, paths, path, shadows) {
-        return;
-    }
+    let wants_first = wants_first(context, paths, path);
     let point = context.scene.surface_point(&ray, &hit);
     paths.cones[path] = paths.cones[path].advanced(hit.t);
     let meeting = if MEDIA { meet(context, paths, path, &point) } else { Meeting::PLAIN };
@@ -132,6 +128,12 @@ pub(super) fn shade<const MEDIA: bool>(
         circle::sample_light::<MEDIA>(context, strategy, paths, path, &vertex, &circle, shadows);
     }
     paths.progress[path].alive = scatter::<MEDIA>(context, paths, path, &vertex);
+}
+
+/// True if layers want to know the surface that path `path` has reached.
+#[inline]
+pub(super) fn wants_first(context: &Context, paths: &Paths, path: usize) -> bool {
+    context.wants_layers && paths.progress[path].depth == 1
 }
 
 /// How a path looks at a surface.

@@ -109,8 +109,13 @@ impl Starts {
         most: usize,
     ) -> usize {
         self.len = 0;
+        // Samples come pixel by pixel.
+        let (mut of, mut keys) = ([0; 2], context.sampler.keys(context.seed, [0; 2]));
         for (pixel, index) in samples.take(most.min(LANES)) {
-            self.samples[self.len] = (pixel, index, context.sampler.key(context.seed, pixel, index));
+            if pixel != of {
+                (of, keys) = (pixel, context.sampler.keys(context.seed, pixel));
+            }
+            self.samples[self.len] = (pixel, index, keys.key(index));
             self.len += 1;
         }
         let isa = context.scene.accelerator().isa();

@@ -132,7 +132,12 @@ impl Wave {
         }
         for path in 0..self.paths.len() {
             let depth = self.paths.progress[path].depth;
-            shade::shade::<false>(context, strategy, &mut self.paths, path, &mut self.shadows, &mut self.groups);
+            let Self { paths, shadows, groups, .. } = self;
+            // Layers want more of the first surface than plain facets tell.
+            let may_take = paths.hits[path].is_hit() && !shade::wants_first(context, paths, path);
+            if !(may_take && groups.take_facet(context, strategy, paths, path, shadows)) {
+                shade::shade::<false>(context, strategy, paths, path, shadows, groups);
+            }
             if context.wants_direct && depth == 2 {
                 // What the second edge found is in; light samples of its end are on their way, and longer.
                 self.paths.direct[path] = self.paths.radiance[path];

@@ -88,12 +88,16 @@ impl Emitter for RectangleLight {
     #[inline]
     fn sample(&self, ctx: &LightContext, u: [f32; 2]) -> Option<LightSample> {
         let frame = RectangleFrame::of(self);
-        let view = frame.view(ctx);
+        let view = frame.view::<false>(ctx);
         if !view.is_seen {
             return None;
         }
-        let drawn = if view.has_map() {
-            frame.sample(&view, u)
+        if view.is_patch {
+            return view.sample_patch(u).sample(self.radiance);
+        }
+        let map = frame.map(&view);
+        let drawn = if map.is_accurate {
+            frame.sample_map(&view, &map, u)
         } else {
             let (offset, at, density) = self.pair(ctx).sample(u.map(f64::from));
             view.draw(offset, at, density)
@@ -104,12 +108,15 @@ impl Emitter for RectangleLight {
     #[inline]
     fn pdf(&self, ctx: &LightContext, wi: Vec3, _distance: f32) -> f32 {
         let frame = RectangleFrame::of(self);
-        let view = frame.view(ctx);
-        let density = match view {
-            _ if !view.is_seen => return 0.0,
-            _ if view.is_patch => view.patch_pdf(wi),
-            _ if view.is_mapped => view.weights.density(view.locate(frame.along_axes(wi))) / view.solid_angle,
-            _ => self.pair(ctx).pdf(wi),
+        let view = frame.view::<false>(ctx);
+        if !view.is_seen {
+            return 0.0;
+        }
+        let density = if view.is_patch {
+            view.patch_pdf(wi)
+        } else {
+            let map = frame.map(&view);
+            if map.is_accurate { map.pdf(frame.along_axes(wi)) } else { self.pair(ctx).pdf(wi) }
         };
         finite_density(density).unwrap_or(0.0)
     }
@@ -187,29 +194,39 @@ pub(crate) struct RectangleFrame {
     two_sided: bool,
 }
 
-/// A rectangle as seen from a point.
+/// A parallelogram as seen from a point.
 #[derive(Clone, Copy)]
 pub(crate) struct RectangleView {
     point: DVec3,
+    /// The corner, relative to the point.
+    relative: DVec3,
+    /// Of the corner along the front's normal.
+    z: f64,
+    corners: Corners,
     patch: Patch,
-    /// What the corners bring.
-    weights: Bilinear,
     /// True if the light is far enough to be sampled as a patch.
-    is_patch: bool,
+    pub is_patch: bool,
+    /// The normal on the point's side, times the margin: what lifts targets off the light.
+    lift: DVec3,
+    /// True if the point is on an emitting side, farther from the plane than the margin.
+    pub is_seen: bool,
+}
+
+/// The map of a rectangle as seen from a point.
+#[derive(Clone, Copy)]
+pub(crate) struct RectangleMap {
+    /// What the corners bring, per solid angle.
+    weights: Bilinear,
     /// The edges' coordinates in the rectangle's frame, relative to the point.
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
-    /// The normal on the point's side, times the margin: what lifts targets off the light.
-    lift: DVec3,
     /// Cosine and sine of phi at x0, times any length.
     phi0: [f64; 2],
     /// Steradians, in [0, 2 pi].
     solid_angle: f64,
-    /// True if the point is on an emitting side, farther from the plane than the margin.
-    pub is_seen: bool,
-    /// True if the map is accurate.
-    is_mapped: bool,
+    /// False where two triangles are to be taken for the light.
+    pub is_accurate: bool,
 }
 
 impl RectangleFrame {
@@ -255,35 +272,47 @@ impl RectangleFrame {
         }
     }
 
-    /// The rectangle from a point.
+    /// The rectangle from a point. `ONE_SIDED` promises that light is gathered on one side of a surface.
     #[inline(always)]
-    pub fn view(&self, ctx: &LightContext) -> RectangleView {
+    pub fn view<const ONE_SIDED: bool>(&self, ctx: &LightContext) -> RectangleView {
         let point = ctx.point.as_dvec3();
         let relative = self.corner - point;
-        let (x0, y0, z) = (relative.dot(self.x_axis), relative.dot(self.y_axis), relative.dot(self.z_axis));
-        let (x1, y1) = (x0 + self.width, y0 + self.height);
+        let z = relative.dot(self.z_axis);
         let farthest = (self.high - point).abs().max((point - self.low).abs());
         let margin = margin(larger(max_abs(point), self.largest), max_abs(farthest));
+        let (patch, is_far) = Patch::parallelogram(z.abs(), relative, self.u, self.v);
+        let corners = Corners::new::<ONE_SIDED>(ctx, relative, self.u, self.v);
+        RectangleView {
+            point,
+            relative,
+            z,
+            corners,
+            patch,
+            is_patch: is_far & corners.is_lit(),
+            lift: self.z_axis * margin.copysign(-z),
+            is_seen: (-z > margin) | (self.two_sided & (z > margin)),
+        }
+    }
+
+    /// What is to be known to sample it by solid angle.
+    #[inline(always)]
+    pub fn map(&self, view: &RectangleView) -> RectangleMap {
+        let RectangleView { relative, z, .. } = *view;
+        let (x0, y0) = (relative.dot(self.x_axis), relative.dot(self.y_axis));
+        let (x1, y1) = (x0 + self.width, y0 + self.height);
         let phi0 = divide(corner_angle(x0, y1, z), corner_angle(x0, y0, z));
         let phi1 = divide(corner_angle(x1, y1, z), corner_angle(x1, y0, z));
         let [re, im] = divide(phi1, phi0);
         let angle = atan2_wide(im, re);
         let solid_angle = if angle < 0.0 { angle + 2.0 * PI } else { angle };
-        let (patch, is_far) = Patch::parallelogram(z.abs(), relative, self.u, self.v);
-        let (weights, is_patch) = Corners { corner: relative, u: self.u, v: self.v }.weights(ctx, is_far);
-        RectangleView {
-            point,
-            patch,
-            weights,
-            is_patch,
+        RectangleMap {
+            weights: view.corners.per_solid_angle(),
             x: [x0, x1],
             y: [y0, y1],
             z,
-            lift: self.z_axis * margin.copysign(-z),
             phi0,
             solid_angle,
-            is_seen: (-z > margin) | (self.two_sided & (z > margin)),
-            is_mapped: self.is_rectangle & (solid_angle >= SMALLEST_RECTANGLE),
+            is_accurate: self.is_rectangle & (solid_angle >= SMALLEST_RECTANGLE),
         }
     }
 
@@ -294,25 +323,21 @@ impl RectangleFrame {
         dvec3(wi.dot(self.x_axis), wi.dot(self.y_axis), wi.dot(self.z_axis))
     }
 
-    /// The point for `u` in [0, 1)^2, as a patch or by the map.
+    /// The point for `u` in [0, 1)^2 by the map.
     #[inline(always)]
-    pub fn sample(&self, view: &RectangleView, u: [f32; 2]) -> DrawnPoint {
-        let u = view.weights.sample([f64::from(u[0]), f64::from(u[1])]);
-        let far = view.patch.point(u);
-        let (near, near_at) = self.sample_map(view, u);
-        let pick = |far: f64, near: f64| if view.is_patch { far } else { near };
-        let offset = dvec3(pick(far.offset.x, near.x), pick(far.offset.y, near.y), pick(far.offset.z, near.z));
-        let at = [pick(u[0], near_at[0]), pick(u[1], near_at[1])];
-        view.draw(offset, at, view.weights.density(u) * pick(far.even, 1.0 / view.solid_angle))
+    pub fn sample_map(&self, view: &RectangleView, map: &RectangleMap, u: [f32; 2]) -> DrawnPoint {
+        let u = map.weights.sample([f64::from(u[0]), f64::from(u[1])]);
+        let (offset, at) = self.point_of(map, u);
+        view.draw(offset, at, map.weights.density(u) * (1.0 / map.solid_angle))
     }
 
     /// The point that is uniform in solid angle for uniform `u` in [0, 1)^2, and its multiples of the edges.
     #[inline(always)]
-    fn sample_map(&self, view: &RectangleView, [u, v]: [f64; 2]) -> (DVec3, [f64; 2]) {
-        let ([x0, x1], [y0, y1], z) = (view.x, view.y, view.z);
-        let (step_sin, step_cos) = sin_cos_wide(u * view.solid_angle);
-        let scale = 1.0 / (view.phi0[0] * view.phi0[0] + view.phi0[1] * view.phi0[1]).sqrt();
-        let (cos0, sin0) = (view.phi0[0] * scale, view.phi0[1] * scale);
+    fn point_of(&self, map: &RectangleMap, [u, v]: [f64; 2]) -> (DVec3, [f64; 2]) {
+        let ([x0, x1], [y0, y1], z) = (map.x, map.y, map.z);
+        let (step_sin, step_cos) = sin_cos_wide(u * map.solid_angle);
+        let scale = 1.0 / (map.phi0[0] * map.phi0[0] + map.phi0[1] * map.phi0[1]).sqrt();
+        let (cos0, sin0) = (map.phi0[0] * scale, map.phi0[1] * scale);
         let cos = cos0 * step_cos - sin0 * step_sin;
         let sin = sin0 * step_cos + cos0 * step_sin;
         let cosine_to = |y: f64| {
@@ -335,21 +360,38 @@ impl RectangleFrame {
 }
 
 impl RectangleView {
-    /// False if two triangles are to be taken for the light.
+    /// The point for `u` in [0, 1)^2 as a patch.
     #[inline(always)]
-    pub fn has_map(&self) -> bool {
-        self.is_patch | self.is_mapped
+    pub fn sample_patch(&self, u: [f32; 2]) -> DrawnPoint {
+        let weights = self.corners.per_area();
+        let at = weights.sample([f64::from(u[0]), f64::from(u[1])]);
+        let point = self.patch.point(at);
+        self.draw(point.offset, at, weights.density(at) * point.even)
     }
 
     /// Density of a patch per solid angle in direction of the unit vector `wi`, which meets the light.
     #[inline]
     fn patch_pdf(&self, wi: Vec3) -> f64 {
         let (at, even) = self.patch.towards(wi);
-        let density = self.weights.density(at) * even;
+        let density = self.corners.per_area().density(at) * even;
         if density.is_finite() { density } else { 0.0 }
     }
 
-    /// The numbers for which [`RectangleFrame::sample_map`] goes towards `wi`, in the rectangle's frame, which meets the light.
+    /// The point at `offset` from the context, `at` these multiples of the edges.
+    #[inline(always)]
+    fn draw(&self, offset: DVec3, at: [f64; 2], density: f64) -> DrawnPoint {
+        DrawnPoint::new(offset, (self.point + offset + self.lift).as_vec3(), at, density)
+    }
+}
+
+impl RectangleMap {
+    /// Density per solid angle in direction of the unit vector `wi`, in the rectangle's frame, which meets the light.
+    #[inline]
+    fn pdf(&self, wi: DVec3) -> f64 {
+        self.weights.density(self.locate(wi)) / self.solid_angle
+    }
+
+    /// The numbers for which [`RectangleFrame::point_of`] goes towards `wi`, in the rectangle's frame, which meets the light.
     fn locate(&self, wi: DVec3) -> [f64; 2] {
         let ([x0, x1], [y0, y1], z) = (self.x, self.y, self.z);
         let (x, y) = (between(wi.x * z / wi.z, x0, x1), between(wi.y * z / wi.z, y0, y1));
@@ -363,12 +405,6 @@ impl RectangleView {
         let sine_of = |y: f64| y / (squared + y * y).sqrt();
         let (h0, h1) = (sine_of(y0), sine_of(y1));
         [between(angle / self.solid_angle, 0.0, 1.0), between((sine_of(y) - h0) / (h1 - h0), 0.0, 1.0)]
-    }
-
-    /// The point at `offset` from the context, `at` these multiples of the edges.
-    #[inline(always)]
-    fn draw(&self, offset: DVec3, at: [f64; 2], density: f64) -> DrawnPoint {
-        DrawnPoint::new(offset, (self.point + offset + self.lift).as_vec3(), at, density)
     }
 }
 
@@ -385,33 +421,52 @@ fn corner_angle(x: f64, y: f64, z: f64) -> [f64; 2] {
     [z.abs() * (x * x + y * y + z * z).sqrt(), x * y]
 }
 
-/// A parallelogram relative to a context.
+/// What the corners of a parallelogram bring to a context.
+#[derive(Clone, Copy)]
 struct Corners {
-    corner: DVec3,
-    u: DVec3,
-    v: DVec3,
+    /// Of each the cosine at the context times the distance, or the distance where nothing is known of the cosine.
+    cosines: [f64; 4],
+    /// Of each the square of the distance.
+    squares: [f64; 4],
 }
 
 impl Corners {
-    /// What the corners bring, per area if the light `is_far` and any corner is above the horizon, which is true then; else per
-    /// solid angle.
+    /// `corner` is relative to the context. `ONE_SIDED` promises that light is gathered on one side of a surface.
     #[inline(always)]
-    fn weights(&self, ctx: &LightContext, is_far: bool) -> (Bilinear, bool) {
+    fn new<const ONE_SIDED: bool>(ctx: &LightContext, corner: DVec3, u: DVec3, v: DVec3) -> Self {
         let normal = ctx.normal.as_dvec3();
         // On both sides or in a medium nothing is known of the cosine.
-        let any = ctx.transmits | (normal.length_squared() == 0.0);
+        let any = !ONE_SIDED && (ctx.transmits | (normal.length_squared() == 0.0));
         let measure = |c: DVec3| {
             let square = c.length_squared();
-            let length = square.sqrt();
-            (if any { length } else { larger(c.dot(normal), 0.0) }, square, length)
+            (if any { square.sqrt() } else { larger(c.dot(normal), 0.0) }, square)
         };
-        let (c00, s00, l00) = measure(self.corner);
-        let (c10, s10, l10) = measure(self.corner + self.u);
-        let (c01, s01, l01) = measure(self.corner + self.v);
-        let (c11, s11, l11) = measure(self.corner + self.u + self.v);
-        let is_patch = is_far & (larger(larger(c00, c10), larger(c01, c11)) > 0.0);
-        let value = |c: f64, s: f64, l: f64| c / if is_patch { s * s } else { l };
-        let values = [value(c00, s00, l00), value(c10, s10, l10), value(c01, s01, l01), value(c11, s11, l11)];
-        (Bilinear::new(values, if is_patch { 0.0 } else { LEAST_COSINE }), is_patch)
+        let (c00, s00) = measure(corner);
+        let (c10, s10) = measure(corner + u);
+        let (c01, s01) = measure(corner + v);
+        let (c11, s11) = measure(corner + u + v);
+        Self { cosines: [c00, c10, c01, c11], squares: [s00, s10, s01, s11] }
+    }
+
+    /// True if any is above the horizon.
+    #[inline(always)]
+    fn is_lit(&self) -> bool {
+        let [c00, c10, c01, c11] = self.cosines;
+        larger(larger(c00, c10), larger(c01, c11)) > 0.0
+    }
+
+    /// Per area, if any is lit.
+    #[inline(always)]
+    fn per_area(&self) -> Bilinear {
+        let ([c00, c10, c01, c11], [s00, s10, s01, s11]) = (self.cosines, self.squares);
+        Bilinear::new([c00 / (s00 * s00), c10 / (s10 * s10), c01 / (s01 * s01), c11 / (s11 * s11)], 0.0)
+    }
+
+    /// Per solid angle.
+    #[inline(always)]
+    fn per_solid_angle(&self) -> Bilinear {
+        let ([c00, c10, c01, c11], [s00, s10, s01, s11]) = (self.cosines, self.squares);
+        let values = [c00 / s00.sqrt(), c10 / s10.sqrt(), c01 / s01.sqrt(), c11 / s11.sqrt()];
+        Bilinear::new(values, LEAST_COSINE)
     }
 }

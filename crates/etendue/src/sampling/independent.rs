@@ -1,6 +1,6 @@
 //! Independent uniform numbers: a hash of everything they depend on.
 
-use super::hash::{GOLDEN, mix, to_unit};
+use super::hash::{GOLDEN, join, mix, to_unit};
 use super::{Points, SampleKey};
 
 /// Hashed uniform numbers, the plain Monte Carlo method. Its samples are independent of each other, as tests of means
@@ -16,12 +16,14 @@ impl Independent {
 
 impl Points for Independent {
     #[inline]
-    fn one_d(key: SampleKey, dimension: u64) -> f32 {
+    fn one_d(key: SampleKey, dimension: [u32; 2]) -> f32 {
+        let dimension = join(dimension);
         to_unit((Self::bits(key.index, dimension) >> 32) as u32)
     }
 
     #[inline]
-    fn two_d(key: SampleKey, dimension: u64) -> [f32; 2] {
+    fn two_d(key: SampleKey, dimension: [u32; 2]) -> [f32; 2] {
+        let dimension = join(dimension);
         let h = Self::bits(key.index, dimension);
         [to_unit((h >> 32) as u32), to_unit(h as u32)]
     }

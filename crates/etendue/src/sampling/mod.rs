@@ -27,7 +27,7 @@ pub use cosine_power::CosinePower;
 pub use distribution::{Choice, Distribution1D, DistributionError};
 pub use filter::{Filter, FilterSampler};
 pub use grid::{Cell, Distribution2D};
-use hash::{GOLDEN, mix, to_unit};
+use hash::{GOLDEN, join, mix, mix_words, to_unit, words};
 use independent::Independent;
 use latin_hypercube::LatinHypercube;
 use sobol::Sobol;
@@ -107,10 +107,26 @@ impl SampleKey {
     }
 }
 
+/// What the keys of a pixel's samples are made of.
+#[derive(Clone, Copy)]
+pub(crate) struct PixelKeys {
+    /// Of both halves.
+    streams: [u64; 2],
+    cell: u32,
+}
+
+impl PixelKeys {
+    #[inline]
+    pub fn key(&self, index: u32) -> SampleKey {
+        SampleKey { stream: self.streams[(index & 1) as usize], index: index >> 1, cell: self.cell }
+    }
+}
+
 /// The sample keys of many paths with the vertex that each is at: a structure of arrays, for loops that become vector code.
 #[derive(Clone)]
 pub(crate) struct KeyLanes<const N: usize> {
-    streams: [u64; N],
+    /// The words of the streams.
+    streams: [[u32; N]; 2],
     indices: [u32; N],
     cells: [u32; N],
     vertices: [u32; N],
@@ -118,14 +134,14 @@ pub(crate) struct KeyLanes<const N: usize> {
 
 impl<const N: usize> Default for KeyLanes<N> {
     fn default() -> Self {
-        Self { streams: [0; N], indices: [0; N], cells: [0; N], vertices: [0; N] }
+        Self { streams: [[0; N]; 2], indices: [0; N], cells: [0; N], vertices: [0; N] }
     }
 }
 
 impl<const N: usize> KeyLanes<N> {
     #[inline(always)]
     pub fn set(&mut self, i: usize, key: SampleKey, vertex: u32) {
-        self.streams[i] = key.stream;
+        [self.streams[0][i], self.streams[1][i]] = words(key.stream);
         self.indices[i] = key.index;
         self.cells[i] = key.cell;
         self.vertices[i] = vertex;
@@ -135,7 +151,8 @@ impl<const N: usize> KeyLanes<N> {
     #[inline(always)]
     pub fn set_parts(&mut self, n: usize, whole: &Self, part: u32, parts: u32) {
         for i in 0..n.min(N) {
-            self.streams[i] = whole.streams[i];
+            self.streams[0][i] = whole.streams[0][i];
+            self.streams[1][i] = whole.streams[1][i];
             self.indices[i] = whole.indices[i].wrapping_mul(parts).wrapping_add(part);
             self.cells[i] = whole.cells[i];
             self.vertices[i] = whole.vertices[i];
@@ -143,9 +160,10 @@ impl<const N: usize> KeyLanes<N> {
     }
 
     #[inline(always)]
-    fn dimension(&self, i: usize, slot: Slot) -> (SampleKey, u64) {
-        let key = SampleKey { stream: self.streams[i], index: self.indices[i], cell: self.cells[i] };
-        (key, dimension(key.stream, slot_hash(self.vertices[i], slot)))
+    fn dimension(&self, i: usize, slot: Slot) -> (SampleKey, [u32; 2]) {
+        let stream = [self.streams[0][i], self.streams[1][i]];
+        let key = SampleKey { stream: join(stream), index: self.indices[i], cell: self.cells[i] };
+        (key, dimension(stream, self.vertices[i], slot))
     }
 }
 
@@ -167,8 +185,8 @@ pub enum Sampler {
 
 /// What a kind of sampler computes. `dimension` is the hash of (stream, vertex, slot).
 trait Points {
-    fn one_d(key: SampleKey, dimension: u64) -> f32;
-    fn two_d(key: SampleKey, dimension: u64) -> [f32; 2];
+    fn one_d(key: SampleKey, dimension: [u32; 2]) -> f32;
+    fn two_d(key: SampleKey, dimension: [u32; 2]) -> [f32; 2];
 }
 
 /// Runs `$body` with `$Points` the type behind `$sampler`.
@@ -195,16 +213,10 @@ macro_rules! dispatch {
     };
 }
 
-/// The hash of (vertex, slot); the same for all paths at one vertex.
+/// The hash of (stream, vertex, slot): different ones for the vertices and slots of a stream.
 #[inline(always)]
-fn slot_hash(vertex: u32, slot: Slot) -> u64 {
-    mix((u64::from(vertex) << 32 | u64::from(slot as u32)).wrapping_add(GOLDEN))
-}
-
-/// The hash of (stream, vertex, slot).
-#[inline(always)]
-fn dimension(stream: u64, slot_hash: u64) -> u64 {
-    mix(stream ^ slot_hash)
+fn dimension([a, b]: [u32; 2], vertex: u32, slot: Slot) -> [u32; 2] {
+    mix_words([a ^ vertex, b ^ slot as u32])
 }
 
 impl Sampler {
@@ -224,44 +236,47 @@ impl Sampler {
     /// The key of sample `index` of `pixel` (absolute coordinates, x to the right, y down).
     #[inline]
     pub fn key(self, seed: u64, pixel: [u32; 2], index: u32) -> SampleKey {
+        self.keys(seed, pixel).key(index)
+    }
+
+    /// The keys of all samples of `pixel`: see [`Self::key`].
+    #[inline]
+    pub(crate) fn keys(self, seed: u64, pixel: [u32; 2]) -> PixelKeys {
         let (place, cell) = match self {
             Self::Sobol => sobol::block_of(pixel),
             Self::Independent | Self::Stratified | Self::LatinHypercube => (pixel, 0),
         };
-        let mut h = mix(seed ^ GOLDEN);
-        h = mix(h ^ (u64::from(place[0]) << 32 | u64::from(place[1])));
-        SampleKey { stream: mix(h ^ u64::from(index & 1)), index: index >> 1, cell }
+        let stream = mix(mix(seed ^ GOLDEN) ^ (u64::from(place[0]) << 32 | u64::from(place[1])));
+        PixelKeys { streams: [mix(stream), mix(stream ^ 1)], cell }
     }
 
     /// A number in [0, 1).
     #[inline]
     pub fn one_d(self, key: SampleKey, vertex: u32, slot: Slot) -> f32 {
-        let dimension = dimension(key.stream, slot_hash(vertex, slot));
+        let dimension = dimension(words(key.stream), vertex, slot);
         dispatch!(self, P => P::one_d(key, dimension))
     }
 
     /// A point in [0, 1)^2. It depends on what [`Sampler::one_d`] gives for the same arguments: take one or the other.
     #[inline]
     pub fn two_d(self, key: SampleKey, vertex: u32, slot: Slot) -> [f32; 2] {
-        let dimension = dimension(key.stream, slot_hash(vertex, slot));
+        let dimension = dimension(words(key.stream), vertex, slot);
         dispatch!(self, P => P::two_d(key, dimension))
     }
 
     /// [`Sampler::one_d`] for many keys at one vertex, as far as the shorter slice reaches. A loop without branches.
     #[inline]
     pub fn one_d_slice(self, keys: &[SampleKey], vertex: u32, slot: Slot, out: &mut [f32]) {
-        let slot_hash = slot_hash(vertex, slot);
         dispatch!(self, P => for (out, &key) in out.iter_mut().zip(keys) {
-            *out = P::one_d(key, dimension(key.stream, slot_hash));
+            *out = P::one_d(key, dimension(words(key.stream), vertex, slot));
         });
     }
 
     /// [`Sampler::two_d`] for many keys at one vertex, as far as the shorter slice reaches. A loop without branches.
     #[inline]
     pub fn two_d_slice(self, keys: &[SampleKey], vertex: u32, slot: Slot, out: &mut [[f32; 2]]) {
-        let slot_hash = slot_hash(vertex, slot);
         dispatch!(self, P => for (out, &key) in out.iter_mut().zip(keys) {
-            *out = P::two_d(key, dimension(key.stream, slot_hash));
+            *out = P::two_d(key, dimension(words(key.stream), vertex, slot));
         });
     }
 
@@ -307,7 +322,7 @@ impl Sampler {
     /// hashed whatever the sampler.
     #[inline]
     pub fn stream(self, key: SampleKey, vertex: u32, slot: Slot) -> Stream {
-        Stream::new(dimension(key.stream, slot_hash(vertex, slot)), key)
+        Stream::new(dimension(words(key.stream), vertex, slot), key)
     }
 }
 
@@ -337,9 +352,9 @@ pub struct Stream {
 
 impl Stream {
     #[inline(always)]
-    fn new(dimension: u64, key: SampleKey) -> Self {
+    fn new(dimension: [u32; 2], key: SampleKey) -> Self {
         // Apart from the numbers of the independent sampler at this slot, which start from the same hash.
-        Self { state: mix(!dimension ^ mix((u64::from(key.cell) << 32 | u64::from(key.index)) ^ GOLDEN)) }
+        Self { state: mix(!join(dimension) ^ mix((u64::from(key.cell) << 32 | u64::from(key.index)) ^ GOLDEN)) }
     }
 
     /// The next number in [0, 1).

@@ -6,7 +6,7 @@
 //! the points of squares of pixels are well spread together, whatever the number of samples. What a pixel has by itself is as with
 //! a scrambling of its own.
 
-use super::hash::{GOLDEN, to_unit};
+use super::hash::to_unit;
 use super::{Points, SampleKey};
 
 /// The points. All arithmetic is on 32-bit integers without branches.
@@ -14,21 +14,32 @@ pub(super) struct Sobol;
 
 impl Points for Sobol {
     #[inline(always)]
-    fn one_d(key: SampleKey, dimension: u64) -> f32 {
-        let index = shuffle(key.index, dimension as u32);
+    fn one_d(key: SampleKey, dimension: [u32; 2]) -> f32 {
+        let [order, x_seed] = dimension;
         let [x_shift, _] = shifts(key.cell, dimension);
-        to_unit(scramble_reversed(index ^ x_shift, (dimension >> 32) as u32).reverse_bits())
+        to_unit(scramble_reversed(shuffle(key.index, order) ^ x_shift, x_seed).reverse_bits())
     }
 
     #[inline(always)]
-    fn two_d(key: SampleKey, dimension: u64) -> [f32; 2] {
-        let index = shuffle(key.index, dimension as u32);
-        let third_seed = (dimension.wrapping_mul(GOLDEN) >> 32) as u32;
+    fn two_d(key: SampleKey, dimension: [u32; 2]) -> [f32; 2] {
+        let [order, x_seed] = dimension;
+        let index = shuffle(key.index, order);
         let [x_shift, y_shift] = shifts(key.cell, dimension);
-        let x = scramble_reversed(index ^ x_shift, (dimension >> 32) as u32);
-        let y = scramble_reversed(pascal(index) ^ y_shift, third_seed);
+        let x = scramble_reversed(index ^ x_shift, x_seed);
+        let y = scramble_reversed(pascal(index) ^ y_shift, more(dimension, Y_SEED));
         [to_unit(x.reverse_bits()), to_unit(y.reverse_bits())]
     }
+}
+
+/// Odd multipliers for [`more`], with good spectra (Steele and Vigna, "Computationally Easy, Spectrally Good Multipliers", 2022).
+const Y_SEED: u32 = 0xadb4_a92d;
+const CELL_SEED: u32 = 0xe817_fb2d;
+
+/// A word more of a dimension: uniform and independent of each of its words, for either alone.
+#[inline(always)]
+fn more([a, b]: [u32; 2], multiplier: u32) -> u32 {
+    let word = a.wrapping_mul(multiplier) ^ b;
+    word ^ word >> 15
 }
 
 /// Bits of a pixel's coordinate inside its block.
@@ -64,16 +75,15 @@ const SHIFTS: [[u32; 2]; 2 * BLOCK_BITS as usize] = [
 /// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020): with one axis always in the lead,
 /// what two dimensions bring together would be alike in neighbours.
 #[inline(always)]
-fn shifts(cell: u32, dimension: u64) -> [u32; 2] {
-    let hash = dimension.wrapping_mul(CELL_SEED);
-    let cell = scramble_reversed(turned(cell, hash as u32), (hash >> 32) as u32);
-    let (mut x, mut y) = (0, 0);
-    for (bit, [dx, dy]) in SHIFTS.into_iter().enumerate() {
-        let mask = (cell >> bit & 1).wrapping_neg();
-        x ^= dx & mask;
-        y ^= dy & mask;
+fn shifts(cell: u32, dimension: [u32; 2]) -> [u32; 2] {
+    let hash = more(dimension, CELL_SEED);
+    let cell = scramble_reversed(turned(cell, hash), hash);
+    let mut both = 0;
+    for (bit, [x, y]) in SHIFTS.into_iter().enumerate() {
+        let mask = (cell << (31 - bit)) as i32 >> 31;
+        both ^= (y << 16 | x) & mask as u32;
     }
-    [x, y]
+    [both & 0xffff, both >> 16]
 }
 
 /// Of each pair of bits an invertible linear map, by bits of the hash.
@@ -86,9 +96,6 @@ fn turned(cell: u32, hash: u32) -> u32 {
     let even = even ^ (odd & hash >> 24);
     even | odd << 1
 }
-
-/// A multiplier with good spectra (Steele and Vigna, "Computationally Easy, Spectrally Good Multipliers", 2022).
-const CELL_SEED: u64 = 0xd134_2543_de82_ef95;
 
 /// A nested uniform shuffle: aligned blocks of 2^m indices stay together, for every m.
 #[inline(always)]
@@ -122,7 +129,7 @@ fn pascal(mut x: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::hash::mix;
+    use super::super::hash::{join, mix, mix_words, words};
     use super::*;
 
     /// Direction numbers of the polynomial x + 1 (Sobol 1967), one index bit at a time.
@@ -176,6 +183,48 @@ mod tests {
                 for (other, &same) in same.iter().enumerate() {
                     assert!(sigma(same).abs() < 5.0, "node {a:x} bit {bit} after {other}: {}", sigma(same));
                 }
+            }
+        }
+    }
+
+    /// What orders and scrambles a dimension's points tells nothing of another dimension of the same stream, nor of another stream
+    /// or of another of its own words: over streams, any bit of one and any of the other are equal as often as not.
+    #[test]
+    fn seeds_of_neighbours_are_independent() {
+        let seeds = |dimension: [u32; 2]| {
+            let [order, x_seed] = dimension;
+            [order, x_seed, more(dimension, Y_SEED), more(dimension, CELL_SEED)]
+        };
+        let trials = 1u32 << 12;
+        // (stream, vertex, slot), and another.
+        let pairs = [
+            ([0, 0, 0], [0, 0, 0]),
+            ([0, 1, 5], [0, 1, 7]),
+            ([0, 1, 5], [0, 2, 5]),
+            ([0, 3, 10], [0, 4, 10]),
+            ([0, 7, 5], [0, 8, 7]),
+            ([0, 2, 1], [0, 1, 2]),
+            ([0, 1, 7], [1, 1, 7]),
+            ([0, 1, 7], [1 << 32, 1, 7]),
+        ];
+        for (one, other) in pairs {
+            let mut same = vec![0u32; 128 * 128];
+            for i in 0..u64::from(trials) {
+                let [one, other] = [one, other].map(|[stream, vertex, slot]| {
+                    let [a, b] = words(mix(i).wrapping_add(stream));
+                    let seeds = seeds(mix_words([a ^ vertex as u32, b ^ slot as u32]));
+                    u128::from(join([seeds[2], seeds[3]])) << 64 | u128::from(join([seeds[0], seeds[1]]))
+                });
+                for (bit, same) in same.chunks_exact_mut(128).enumerate() {
+                    let equal = !(other ^ (one >> bit & 1).wrapping_neg());
+                    same.iter_mut().enumerate().for_each(|(bit, same)| *same += (equal >> bit & 1) as u32);
+                }
+            }
+            for (at, same) in same.into_iter().enumerate() {
+                let (bit, with) = (at / 128, at % 128);
+                let sigma = (f64::from(same) - 0.5 * f64::from(trials)) / (0.25 * f64::from(trials)).sqrt();
+                let is_itself = one == other && bit == with;
+                assert!(is_itself || sigma.abs() < 6.0, "{one:?} {bit}, {other:?} {with}: {sigma}");
             }
         }
     }

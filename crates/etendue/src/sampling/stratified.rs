@@ -1,6 +1,6 @@
 //! Jittered strata: a square of cells for pairs of numbers, intervals for single ones.
 
-use super::hash::to_unit;
+use super::hash::{join, to_unit};
 use super::strata::{jitter, stratum};
 use super::{Points, SampleKey};
 
@@ -10,12 +10,14 @@ pub(super) struct Stratified;
 
 impl Points for Stratified {
     #[inline]
-    fn one_d(key: SampleKey, dimension: u64) -> f32 {
+    fn one_d(key: SampleKey, dimension: [u32; 2]) -> f32 {
+        let dimension = join(dimension);
         to_unit(stratum(key.index, dimension) << 24 | (jitter(key.index, dimension) >> 40) as u32)
     }
 
     #[inline]
-    fn two_d(key: SampleKey, dimension: u64) -> [f32; 2] {
+    fn two_d(key: SampleKey, dimension: [u32; 2]) -> [f32; 2] {
+        let dimension = join(dimension);
         let cell = stratum(key.index, dimension);
         let inside = jitter(key.index, dimension);
         let x = even_bits(cell) << 28 | (inside >> 36) as u32;

@@ -4,6 +4,7 @@ use super::{
     SurfaceVertex,
     lights::{LightSamples, ShapedLights},
     numbers::{Numbers, Vectors},
+    rectangles::Near,
     resampled::{Keep, Kept, TakeKept},
     stages::{Draw, DrawLights, Gather, Place, Scatter},
 };
@@ -51,9 +52,15 @@ impl Vertices {
     /// `transmits`: light from below counts too.
     #[inline(always)]
     pub fn light_context(&self, i: usize, transmits: bool) -> LightContext {
+        let (point, normal) = (self.position.get(i), self.gathering_normal(i));
+        LightContext { point, normal, transmits, time: self.time[i] }
+    }
+
+    /// The shading normal on the side of `wo`.
+    #[inline(always)]
+    pub fn gathering_normal(&self, i: usize) -> Vec3 {
         let (normal, wo) = (self.shading_normal.get(i), self.wo.get(i));
-        let side = if wo.dot(normal) < 0.0 { -1.0 } else { 1.0 };
-        LightContext { point: self.position.get(i), normal: normal * side, transmits, time: self.time[i] }
+        normal * if wo.dot(normal) < 0.0 { -1.0 } else { 1.0 }
     }
 }
 
@@ -71,6 +78,8 @@ pub(super) struct Drawn {
 pub(super) struct Onward {
     pub origin: Vectors,
     pub direction: Vectors,
+    /// Where light was gathered: see [`LightContext`].
+    pub from_normal: Vectors,
     pub density: Numbers,
     /// 1 where the density is that of a discrete direction, else 0.
     pub discrete: [u32; LANES],
@@ -102,6 +111,7 @@ pub(super) struct Lanes {
     pub drawn: Drawn,
     pub lights: LightSamples,
     pub shaped_lights: ShapedLights,
+    pub near: Near,
     pub kept: Kept,
     pub onward: Onward,
 }
@@ -146,10 +156,12 @@ impl Lanes {
             },
             lights: LightSamples::NONE,
             shaped_lights: ShapedLights::NONE,
+            near: Near::NONE,
             kept: Kept::NONE,
             onward: Onward {
                 origin: vectors,
                 direction: vectors,
+                from_normal: vectors,
                 density: numbers,
                 discrete: flags,
                 transmitted: flags,
@@ -244,8 +256,9 @@ impl Lanes {
     /// What light brings to the lanes.
     fn gather<B: LaneBsdf>(&mut self, context: &Context, strategy: Strategy) {
         let (isa, sampler, candidates) = (context.scene.accelerator().isa(), context.sampler, self.candidates);
+        let selects = context.scene.lights().sole(self.transmits).is_none();
         for candidate in 0..candidates {
-            run(isa, DrawLights { lanes: self, sampler, candidate });
+            run(isa, DrawLights { lanes: self, sampler, candidate, selects });
             self.choose_lights(context);
             self.sample_lights(context);
             run(isa, Gather::<B>::new(self, strategy == Strategy::Both));
@@ -289,7 +302,9 @@ impl Lanes {
             let is_discrete = onward.discrete[i] != 0;
             let density = if is_discrete { Density::Discrete } else { Density::SolidAngle }(onward.density[i]);
             paths.throughput[path] = throughput;
-            paths.previous[path] = Previous { context: self.vertices.light_context(i, self.transmits), density };
+            let (point, normal) = (self.vertices.position.get(i), onward.from_normal.get(i));
+            let context_there = LightContext { point, normal, transmits: self.transmits, time: self.vertices.time[i] };
+            paths.previous[path] = Previous { context: context_there, density };
             if context.scene.filters_textures() {
                 paths.cones[path] = paths.cones[path].scattered(density);
             }

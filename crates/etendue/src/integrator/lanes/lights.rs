@@ -7,10 +7,7 @@ use super::{
 use crate::{
     bsdf::{Density, LANES},
     integrator::wave::Context,
-    light::{
-        BallView, DrawnPoint, Light, LightSample, LightTable, RectangleFrame, RectangleView, Selected, TriangleView,
-        sample_above,
-    },
+    light::{BallView, DrawnPoint, Light, LightSample, LightTable, Selected, TriangleView, sample_above},
     math::{Vec3, vec3},
     spectrum::Spectrum,
 };
@@ -35,8 +32,8 @@ pub(super) enum Lit {
 /// Light samples, and what comes of them.
 pub(super) struct LightSamples {
     /// Index of the light, or [`NO_LIGHT`].
-    index: [u32; LANES],
-    probability: Numbers,
+    pub index: [u32; LANES],
+    pub probability: Numbers,
     /// A [`Lit`].
     pub lit: [u32; LANES],
     pub wi: Vectors,
@@ -70,10 +67,10 @@ impl LightSamples {
 /// Lights of a shape that lanes have chosen, each its own.
 pub(super) struct ShapedLights {
     /// The corners of a triangle; the corner and the edges of a rectangle; the centre of a sphere, and its radius as x.
-    shape: [Vectors; 3],
+    pub shape: [Vectors; 3],
     /// A [`Kind`].
-    kind: [u32; LANES],
-    two_sided: [u32; LANES],
+    pub kind: [u32; LANES],
+    pub two_sided: [u32; LANES],
 }
 
 impl ShapedLights {
@@ -83,7 +80,7 @@ impl ShapedLights {
 /// Kinds of lights with vector code of their own.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
-enum Kind {
+pub(super) enum Kind {
     Other,
     Triangle,
     Rectangle,
@@ -116,10 +113,7 @@ impl Lanes {
             run(isa, Triangles { lanes: self });
         }
         if rectangles {
-            match self.shared_rectangle(context) {
-                Some(frame) => run(isa, Rectangle { lanes: self, frame }),
-                None => run(isa, Rectangles { lanes: self }),
-            }
+            self.sample_rectangles(context);
         }
         if spheres {
             run(isa, Spheres { lanes: self });
@@ -183,14 +177,6 @@ impl Lanes {
         [Kind::Triangle, Kind::Rectangle, Kind::Sphere, Kind::Sky].map(|kind| counts[kind as usize])
     }
 
-    /// The rectangle that all lanes with rectangles have chosen, if it is one.
-    fn shared_rectangle<'a>(&self, context: &Context<'a>) -> Option<&'a RectangleFrame> {
-        let mut chosen = (0..self.len).filter(|i| self.shaped_lights.kind[*i] == Kind::Rectangle as u32);
-        let first = self.lights.index[chosen.next()?];
-        let is_shared = chosen.all(|i| self.lights.index[i] == first);
-        context.scene.uniform_rectangle(first).filter(|_| is_shared)
-    }
-
     fn sample_light(&mut self, context: &Context, i: usize) {
         let at = self.vertices.light_context(i, self.transmits);
         let place = [self.drawn.place[0][i], self.drawn.place[1][i]];
@@ -213,7 +199,7 @@ impl Lanes {
 impl LightSamples {
     /// Takes a sample for lane `i`, if that is one of the light's `own`.
     #[inline(always)]
-    fn take(&mut self, i: usize, own: bool, found: Lit, sample: &DrawnPoint, has_target: bool) {
+    pub fn take(&mut self, i: usize, own: bool, found: Lit, sample: &DrawnPoint, has_target: bool) {
         let keep = |new: f32, old: f32| if own { new } else { old };
         let keep3 = |new: Vec3, old: Vec3| vec3(keep(new.x, old.x), keep(new.y, old.y), keep(new.z, old.z));
         let density = sample.density * self.probability[i];
@@ -270,60 +256,6 @@ impl Kernel for Triangles<'_> {
             lights.take(i, shaped_lights.kind[i] == Kind::Triangle as u32, found, &point, true);
         }
     }
-}
-
-/// Samples of rectangles, each lane's own.
-struct Rectangles<'a> {
-    lanes: &'a mut Lanes,
-}
-
-impl Kernel for Rectangles<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let (n, transmits) = (self.lanes.whole(), self.lanes.transmits);
-        let Lanes { lights, shaped_lights, vertices, drawn, .. } = self.lanes;
-        for i in 0..n {
-            let shape = [shaped_lights.shape[0].get(i), shaped_lights.shape[1].get(i), shaped_lights.shape[2].get(i)];
-            let frame = RectangleFrame::new(shape, shaped_lights.two_sided[i] != 0);
-            let view = frame.view(&vertices.light_context(i, transmits));
-            let point = frame.sample(&view, [drawn.place[0][i], drawn.place[1][i]]);
-            let found = found_of(&view);
-            lights.take(i, shaped_lights.kind[i] == Kind::Rectangle as u32, found, &point, true);
-        }
-    }
-}
-
-/// Samples of one rectangle for all lanes that chose one.
-struct Rectangle<'a> {
-    lanes: &'a mut Lanes,
-    frame: &'a RectangleFrame,
-}
-
-impl Kernel for Rectangle<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let (n, transmits) = (self.lanes.whole(), self.lanes.transmits);
-        // A copy, so that nothing in the loop can be thought to change it.
-        let frame = *self.frame;
-        let Lanes { lights, shaped_lights, vertices, drawn, .. } = self.lanes;
-        for i in 0..n {
-            let view = frame.view(&vertices.light_context(i, transmits));
-            let point = frame.sample(&view, [drawn.place[0][i], drawn.place[1][i]]);
-            let found = found_of(&view);
-            lights.take(i, shaped_lights.kind[i] == Kind::Rectangle as u32, found, &point, true);
-        }
-    }
-}
-
-/// What comes of a rectangle that looks so, but for numbers that are out of range.
-#[inline(always)]
-fn found_of(view: &RectangleView) -> Lit {
-    let found = if view.has_map() { Lit::Continuous } else { Lit::Ask };
-    if view.is_seen { found } else { Lit::No }
 }
 
 /// Samples of spheres, each lane's own: those that are seen from outside, and whose middle is above the horizon.

@@ -8,6 +8,7 @@
 mod group;
 mod lights;
 mod numbers;
+mod rectangles;
 mod resampled;
 mod stages;
 

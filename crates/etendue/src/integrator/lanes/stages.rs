@@ -73,6 +73,8 @@ pub(super) struct DrawLights<'a> {
     pub sampler: Sampler,
     /// Which of the lanes' candidates.
     pub candidate: u32,
+    /// True if a light is chosen.
+    pub selects: bool,
 }
 
 impl Kernel for DrawLights<'_> {
@@ -83,7 +85,9 @@ impl Kernel for DrawLights<'_> {
         let (n, candidates) = (self.lanes.whole(), self.lanes.candidates);
         let Lanes { keys, light_keys, drawn, .. } = self.lanes;
         light_keys.set_parts(n, keys, self.candidate, candidates);
-        self.sampler.fine_lanes(light_keys, n, Slot::LightSelect, &mut drawn.select);
+        if self.selects {
+            self.sampler.fine_lanes(light_keys, n, Slot::LightSelect, &mut drawn.select);
+        }
         self.sampler.two_d_lanes(light_keys, n, Slot::LightPosition, &mut drawn.place);
     }
 }
@@ -188,6 +192,7 @@ impl<B: LaneBsdf> Kernel for Scatter<'_, B> {
             onward.origin.set(i, vec3(from(near.x, far.x), from(near.y, far.y), from(near.z, far.z)));
             onward.transmitted[i] = u32::from(!is_reflected);
             onward.direction.set(i, wi.normalize());
+            onward.from_normal.set(i, vertices.gathering_normal(i));
         }
     }
 }
