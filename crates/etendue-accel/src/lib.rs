@@ -22,6 +22,8 @@ mod motion;
 mod nearest;
 mod padding;
 mod prefetch;
+#[cfg(test)]
+mod random;
 mod ray;
 mod search;
 mod shared;

@@ -1,5 +1,6 @@
 //! What one ray is looking for and the best it has found: all accelerators offer primitives here.
 
+use crate::bvh::node::{LANES, Pack};
 use crate::geometry::Sphere;
 use crate::local_ray::LocalRay;
 use crate::ray::{Hit, PrimitiveId, Ray};
@@ -75,6 +76,29 @@ impl Search {
         let [u, v] = triangle::weights(edges);
         self.best = Hit { t, u, v, id };
         true
+    }
+
+    /// Decides the triangles of a pack that have a bit, where a lane gives an instance. True if any is the best so far.
+    #[inline(always)]
+    pub fn pack(
+        &mut self,
+        ray: &LocalRay,
+        pack: &Pack,
+        mut candidates: u32,
+        instance_of: impl Fn(&Self, usize) -> Option<u32>,
+    ) -> bool {
+        let crossings = triangle::decide(pack.sheared(ray));
+        let mut found = false;
+        while candidates != 0 {
+            let lane = candidates.trailing_zeros() as usize % LANES;
+            candidates &= candidates - 1;
+            if let Some(instance) = instance_of(self, lane) {
+                let id = PrimitiveId { instance, primitive: pack.primitive[lane] };
+                let [v, w, det] = &crossings.edges;
+                found |= self.crossing(crossings.t[lane], [v[lane], w[lane], det[lane]], id);
+            }
+        }
+        found
     }
 
     /// Tests a sphere. True if it is the best so far.

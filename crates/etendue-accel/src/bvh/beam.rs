@@ -84,28 +84,28 @@ impl Outline {
     }
 }
 
-/// The least number.
+/// All numbers as one, by halves.
 #[inline(always)]
-fn lowest(Lanes(lanes): &Lanes) -> f32 {
+fn fold(Lanes(lanes): &Lanes, of: impl Fn(f32, f32) -> f32) -> f32 {
     let mut part = *lanes;
     for len in [BEAM / 2, BEAM / 4, BEAM / 8, BEAM / 16] {
         for i in 0..len {
-            part[i] = least(part[i], part[i + len]);
+            part[i] = of(part[i], part[i + len]);
         }
     }
     part[0]
 }
 
+/// The least number.
+#[inline(always)]
+fn lowest(lanes: &Lanes) -> f32 {
+    fold(lanes, least)
+}
+
 /// The greatest number.
 #[inline(always)]
-fn highest(Lanes(lanes): &Lanes) -> f32 {
-    let mut part = *lanes;
-    for len in [BEAM / 2, BEAM / 4, BEAM / 8, BEAM / 16] {
-        for i in 0..len {
-            part[i] = greatest(part[i], part[i + len]);
-        }
-    }
-    part[0]
+fn highest(lanes: &Lanes) -> f32 {
+    fold(lanes, greatest)
 }
 
 /// Some children in an order, see [`Node::order_of`]: their numbers, and how many.

@@ -214,6 +214,7 @@ fn trace<S: Simd, const ANY: bool>(
     let places = Places::new(scene);
     let limits = if scene.bvh.cached { CACHED } else { LARGE };
     let mut left = 0_u32;
+    let mut sheared = [[[0.0; BEAM]; 3]; 3];
     let Some(root) = scene.root() else { return (0, true) };
     (stack.enters[0], stack.words[0]) = (beam.t_min, root);
     let mut top = 1;
@@ -225,7 +226,7 @@ fn trace<S: Simd, const ANY: bool>(
         }
         let word = stack.words[top];
         if !Child::is_node(word) {
-            leaf::<S, ANY>(simd, scene, Child::of(word), beam, searches);
+            leaf::<S, ANY>(simd, scene, Child::of(word), (beam, &mut sheared), searches);
             continue;
         }
         if waiting.count_ones() < limits.fewest {
@@ -251,19 +252,22 @@ fn trace<S: Simd, const ANY: bool>(
     (left, left.count_ones() <= limits.most_leave)
 }
 
+/// The corners of a triangle as sheared for each ray, by corner and axis.
+type Corners = [[[f32; BEAM]; 3]; 3];
+
 /// Tests what is in a leaf.
 #[inline(always)]
 fn leaf<S: Simd, const ANY: bool>(
     simd: S,
     scene: &Scene<'_>,
     leaf: Child,
-    beam: &mut Beam,
+    (beam, sheared): (&mut Beam, &mut Corners),
     searches: &mut [Search; BEAM],
 ) {
     match leaf {
         Child::Packs { first, count } => {
             for index in first as usize..(first + count) as usize {
-                pack::<S, ANY>(simd, scene, index, beam, searches);
+                pack::<S, ANY>(simd, scene, index, (beam, sheared), searches);
             }
         }
         Child::Spheres { first, count } => {
@@ -286,7 +290,7 @@ fn pack<S: Simd, const ANY: bool>(
     simd: S,
     scene: &Scene<'_>,
     index: usize,
-    beam: &mut Beam,
+    (beam, sheared): (&mut Beam, &mut Corners),
     searches: &mut [Search; BEAM],
 ) {
     let pack: &Pack = &scene.bvh.arrays.packs[index];
@@ -294,8 +298,7 @@ fn pack<S: Simd, const ANY: bool>(
         if pack.corners[0][0][place].is_nan() {
             break;
         }
-        let mut sheared = [[[0.0; BEAM]; 3]; 3];
-        let candidates = simd.beam_triangle(pack, place, beam, &mut sheared);
+        let candidates = simd.beam_triangle(pack, place, beam, sheared);
         if candidates == 0 {
             continue;
         }

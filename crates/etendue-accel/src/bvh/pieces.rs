@@ -207,19 +207,7 @@ mod tests {
     use super::*;
     use crate::geometry::{Geometry, TriangleMesh};
     use crate::items;
-
-    struct Random(u32);
-
-    impl Random {
-        fn unit(&mut self) -> f32 {
-            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (self.0 >> 8) as f32 / (1 << 24) as f32
-        }
-
-        fn point(&mut self, size: f32) -> [f32; 3] {
-            [self.unit(), self.unit(), self.unit()].map(|x| size * (2.0 * x - 1.0))
-        }
-    }
+    use crate::random::Random;
 
     fn plus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
         std::array::from_fn(|i| a[i] + b[i])

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use super::Bvh;
 use super::collapse::Root;
 use super::large::Remains;
-use super::node::{Child, LANES, Node, Pack, WIDTH};
+use super::node::{Child, Node, Pack, WIDTH};
 use super::packets::{BeamStack, Rest, beams};
 use super::rounds::{self, SLOTS};
 use crate::geometry::World;
@@ -15,7 +15,6 @@ use crate::padding::SlabRay;
 use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::search::Search;
 use crate::simd::{STACK_ROOM, Simd};
-use crate::triangle::decide;
 
 /// The word at the bottom of a stack. Of the kind of instances, beyond all of them.
 pub(super) const END: u32 = u32::MAX;
@@ -360,24 +359,17 @@ impl Scene<'_> {
         &self,
         index: usize,
         pack: &Pack,
-        mut candidates: u32,
+        candidates: u32,
         (ray, within): (&LocalRay, u32),
         search: &mut Search,
     ) -> bool {
-        let crossings = decide(pack.sheared(ray));
-        let mut found = false;
-        while candidates != 0 {
-            let lane = candidates.trailing_zeros() as usize % LANES;
-            candidates &= candidates - 1;
-            let inside = within != NO_INSTANCE;
-            let instance = if inside { within } else { self.bvh.arrays.owners.of(index, lane) };
-            if inside || self.is_seen(instance, search) {
-                let id = PrimitiveId { instance, primitive: pack.primitive[lane] };
-                let [v, w, det] = &crossings.edges;
-                found |= search.crossing(crossings.t[lane], [v[lane], w[lane], det[lane]], id);
+        search.pack(ray, pack, candidates, |search, lane| {
+            if within != NO_INSTANCE {
+                return Some(within);
             }
-        }
-        found
+            let owner = self.bvh.arrays.owners.of(index, lane);
+            self.is_seen(owner, search).then_some(owner)
+        })
     }
 
     #[inline(always)]

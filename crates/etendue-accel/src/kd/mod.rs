@@ -87,20 +87,8 @@ mod tests {
     use super::node::{Leaf, Node};
     use super::*;
     use crate::isa::{Isa, dispatch};
+    use crate::random::Random;
     use crate::{Geometry, Hit, Instance, Place, PrimitiveId, Ray, Sphere, Transform, TriangleMesh};
-
-    struct Random(u32);
-
-    impl Random {
-        fn unit(&mut self) -> f32 {
-            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (self.0 >> 8) as f32 / (1 << 24) as f32
-        }
-
-        fn point(&mut self, size: f32) -> [f32; 3] {
-            [self.unit(), self.unit(), self.unit()].map(|x| size * (2.0 * x - 1.0))
-        }
-    }
 
     /// Triangles of a size at random places, every fifth in a plane across an axis.
     fn scattered(count: u32, size: f32) -> Geometry {

@@ -9,12 +9,11 @@ use super::list::List;
 use super::node::{Leaf, Node};
 use super::traverse::{Cell, Local, Scene};
 use crate::bounds::{greatest, least};
-use crate::bvh::node::{LANES, Pack};
+use crate::bvh::node::Pack;
 use crate::prefetch::prefetch;
 use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::search::Search;
 use crate::simd::Simd;
-use crate::triangle::decide;
 use std::hint::select_unpredictable;
 
 /// Rays in flight: a power of two.
@@ -339,21 +338,14 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
 impl Scene<'_> {
     /// Decides the candidates of a pack. True if anything better is hit.
     #[inline(always)]
-    fn pack(&self, index: usize, pack: &Pack, mut candidates: u32, local: &Local, search: &mut Search) -> bool {
-        let crossings = decide(pack.sheared(&local.ray));
-        let mut found = false;
-        while candidates != 0 {
-            let lane = candidates.trailing_zeros() as usize % LANES;
-            candidates &= candidates - 1;
-            let inside = local.is_inside();
-            let instance = if inside { local.instance } else { self.tree.arrays.owner(index, lane) };
-            if inside || self.is_seen(instance, search) {
-                let id = PrimitiveId { instance, primitive: pack.primitive[lane] };
-                let [v, w, det] = &crossings.edges;
-                found |= search.crossing(crossings.t[lane], [v[lane], w[lane], det[lane]], id);
+    fn pack(&self, index: usize, pack: &Pack, candidates: u32, local: &Local, search: &mut Search) -> bool {
+        search.pack(&local.ray, pack, candidates, |search, lane| {
+            if local.is_inside() {
+                return Some(local.instance);
             }
-        }
-        found
+            let owner = self.tree.arrays.owner(index, lane);
+            self.is_seen(owner, search).then_some(owner)
+        })
     }
 
     /// Tests a sphere or enters an instance.
