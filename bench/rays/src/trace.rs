@@ -11,7 +11,7 @@ use crate::turns::{Clock, Contender, fill};
 pub const SLICE: usize = 1024;
 
 /// Slices that are tried besides.
-const OTHER_SLICES: [usize; 4] = [64, 256, 4096, 16384];
+const OTHER_SLICES: [usize; 8] = [2, 4, 8, 16, 64, 256, 4096, 16384];
 
 /// The name of ours in slices of the standard size.
 pub const OURS: &str = "etendue, slices of 1024";

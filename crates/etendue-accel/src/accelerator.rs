@@ -190,6 +190,7 @@ impl Accelerator {
         match &self.structure {
             Structure::Brute => run(self.isa, BruteTrace::<_, ANY> { world, rays, finish }),
             Structure::KdTree(tree) => dispatch(self.isa, kd::Trace::<_, ANY> { world, tree, rays, finish }),
+            Structure::Bvh(bvh) if bvh.is_few(rays.len()) => bvh::few::<ANY>(self.isa, (world, bvh), rays, finish),
             Structure::Bvh(bvh) => dispatch(self.isa, bvh::Trace::<_, ANY> { world, bvh, rays, finish }),
             Structure::Flat(flat) => dispatch(self.isa, flat::Trace::<_, ANY> { flat, rays, finish }),
         }

@@ -122,6 +122,7 @@ impl<K: Kernel> SimdKernel for Plain<K> {
 }
 
 /// The dispatcher: every kernel, of this crate or of another, gets its instruction set here.
+#[inline]
 pub(crate) fn dispatch<K: SimdKernel>(isa: Isa, kernel: K) -> K::Output {
     match isa.usable() {
         #[cfg(target_arch = "x86_64")]
@@ -134,8 +135,14 @@ pub(crate) fn dispatch<K: SimdKernel>(isa: Isa, kernel: K) -> K::Output {
             // SAFETY: `usable` gives Avx2 only if the processor has all its features.
             unsafe { crate::simd::x86::run_avx2(kernel) }
         }
-        _ => kernel.run(Portable),
+        _ => run_portable(kernel),
     }
+}
+
+/// A call of its own, as the others are: what is not run costs the caller nothing.
+#[inline(never)]
+fn run_portable<K: SimdKernel>(kernel: K) -> K::Output {
+    kernel.run(Portable)
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -7,7 +7,7 @@ use crate::transform::{affine, linear};
 pub(crate) const COORDINATE_LIMIT: f32 = (1_u64 << 50) as f32;
 
 /// The largest component of a direction lies between this (9e-13) and its reciprocal.
-const DIRECTION_LIMIT: f32 = 1.0 / (1_u64 << 40) as f32;
+pub(crate) const DIRECTION_LIMIT: f32 = 1.0 / (1_u64 << 40) as f32;
 
 /// An axis of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,6 +4,7 @@ use crate::bvh::node::{LANES, Pack};
 use crate::geometry::Sphere;
 use crate::local_ray::LocalRay;
 use crate::ray::{Hit, PrimitiveId, Ray};
+use crate::triangle::Crossings;
 use crate::{sphere, triangle};
 
 /// The state of a search. Its result does not depend on the order of the offers: the smallest (t, instance, primitive)
@@ -78,16 +79,21 @@ impl Search {
         true
     }
 
-    /// Decides the triangles of a pack that have a bit, where a lane gives an instance. True if any is the best so far.
+    /// The primitive of an instance that is skipped, or a number that none has.
+    #[inline(always)]
+    pub fn skipped_of(&self, instance: u32) -> u32 {
+        if self.skip.instance == instance { self.skip.primitive } else { u32::MAX }
+    }
+
+    /// Takes the triangles of a pack that have a bit, which the exact test has decided, where a lane gives an instance. True if
+    /// any is the best so far.
     #[inline(always)]
     pub fn pack(
         &mut self,
-        ray: &LocalRay,
         pack: &Pack,
-        mut candidates: u32,
+        (mut candidates, crossings): (u32, &Crossings<LANES>),
         instance_of: impl Fn(&Self, usize) -> Option<u32>,
     ) -> bool {
-        let crossings = triangle::decide(pack.sheared(ray));
         let mut found = false;
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % LANES;

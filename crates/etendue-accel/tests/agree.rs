@@ -211,9 +211,28 @@ fn compare(name: &str, world: &World, count: usize, seed: u64) -> usize {
             for ((ray, expected), &any) in expected.iter().zip(&occluded) {
                 assert_eq!(expected.is_hit(), any, "{name}, {kind}, any hit: {expected:?} {ray:?}");
             }
+            if kind.starts_with("bvh") {
+                compare_few(&format!("{name}, {kind}"), accelerator, &rays, &expected);
+            }
         }
     }
     found
+}
+
+/// The same rays, few a call.
+fn compare_few(name: &str, accelerator: &Accelerator, rays: &[Ray], expected: &[(Ray, Hit)]) {
+    let (mut start, mut sizes) = (0, [1, 2, 3, 7, 8, 15, 16].into_iter().cycle());
+    while let Some(size) = sizes.next().filter(|_| start < rays.len()) {
+        let end = rays.len().min(start + size);
+        let (mut hits, mut occluded) = ([Hit { t: -1.0, ..Hit::MISS }; 16], [false; 16]);
+        accelerator.closest_hits(&rays[start..end], &mut hits[..end - start]);
+        accelerator.any_hits(&rays[start..end], &mut occluded[..end - start]);
+        for (((ray, expected), hit), any) in expected[start..end].iter().zip(&hits).zip(occluded) {
+            assert_eq!(bits(expected), bits(hit), "{name}, {size} a call: {expected:?} {hit:?} {ray:?}");
+            assert_eq!(expected.is_hit(), any, "{name}, {size} a call, any hit: {expected:?} {ray:?}");
+        }
+        start = end;
+    }
 }
 
 fn check(name: &str, world: &World) {
@@ -238,6 +257,38 @@ fn closed_meshes() {
     let boxes = triangles(&mapped(&subdivided_box(4), |p| scale(p, 0.75)));
     let world = World { geometries: vec![boxes, triangles(&ball(2))], instances: vec![plain(0), plain(1)] };
     check("closed meshes", &world);
+}
+
+/// All triangles are of one instance, so that what a ray left is told by its number alone.
+#[test]
+fn one_mesh() {
+    check("one mesh", &world_of(&torus(40, 20)));
+}
+
+/// What a ray left has a number and an instance: the same number elsewhere is something else.
+#[test]
+fn a_face_of_another_instance_is_not_skipped() {
+    let ball = ball(3);
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let geometries = || vec![triangles(&ball)];
+    let alone = World { geometries: geometries(), instances: vec![plain(0)] };
+    let pair = vec![placed(0, identity, [-5.0, 0.0, 0.0]), placed(0, identity, [0.0; 3])];
+    for (world, instance) in [(alone, 0), (World { geometries: geometries(), instances: pair }, 1)] {
+        for (kind, accelerator) in all_accelerators(&world) {
+            for (primitive, face) in ball.indices.iter().enumerate() {
+                let [a, b, c] = face.map(|corner| ball.positions[corner as usize]);
+                let middle = scale(add(add(a, b), c), 1.0 / 3.0);
+                let id = PrimitiveId { instance, primitive: primitive as u32 };
+                let outside = ray(scale(middle, 2.0), scale(middle, -1.0));
+                for (skip, is_seen) in [(PrimitiveId { instance: 1 - instance, ..id }, true), (id, false)] {
+                    let mut hit = [Hit::MISS];
+                    accelerator.closest_hits(&[Ray { skip, ..outside }], &mut hit);
+                    assert!(hit[0].is_hit());
+                    assert_eq!(hit[0].id == id, is_seen, "{kind}: {primitive} {hit:?}");
+                }
+            }
+        }
+    }
 }
 
 #[test]

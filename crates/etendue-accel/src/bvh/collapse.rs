@@ -67,6 +67,15 @@ impl Owners {
         }
     }
 
+    /// The instance that all belong to, if it is one.
+    #[inline(always)]
+    pub fn sole(&self) -> Option<u32> {
+        match self {
+            Self::One(instance) => Some(*instance),
+            Self::Each { .. } => None,
+        }
+    }
+
     #[inline(always)]
     pub fn of(&self, pack: usize, lane: usize) -> u32 {
         match self {

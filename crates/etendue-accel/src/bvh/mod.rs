@@ -1,5 +1,6 @@
 //! The 8-wide bounding volume hierarchy.
 
+mod alone;
 pub(crate) mod beam;
 mod bins;
 mod build;
@@ -25,6 +26,7 @@ use crate::padding::Padding;
 use crate::simd::STACK_ROOM;
 use crate::source::Source;
 
+pub(crate) use alone::few;
 use collapse::{Arrays, Lengths, Level, Root};
 use large::Large;
 use node::{Node, Pack};

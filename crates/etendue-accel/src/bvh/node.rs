@@ -146,6 +146,12 @@ impl Child {
         word < 1 << 30
     }
 
+    /// True for the words of packs.
+    #[inline(always)]
+    pub fn is_packs(word: u32) -> bool {
+        word >> 30 == 1
+    }
+
     /// The index of what a word of any kind leads to.
     #[inline(always)]
     pub fn first(word: u32) -> usize {

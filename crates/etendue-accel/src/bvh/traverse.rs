@@ -1,11 +1,11 @@
-//! Traversal of the wide BVH. One ray alone is walked in a tight loop; slices of rays go in rounds, see `rounds.rs`.
+//! Traversal of the wide BVH. Slices of rays go in rounds, see `rounds.rs`, and those of very few rays one by one, see `alone.rs`.
 
 use std::cell::Cell;
 
 use super::Bvh;
 use super::collapse::Root;
 use super::large::Remains;
-use super::node::{Child, Node, Pack, WIDTH};
+use super::node::{Child, LANES, Node, Pack, WIDTH};
 use super::packets::{BeamStack, Rest, beams};
 use super::rounds::{self, SLOTS};
 use crate::geometry::World;
@@ -15,6 +15,7 @@ use crate::padding::SlabRay;
 use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::search::Search;
 use crate::simd::{STACK_ROOM, Simd};
+use crate::triangle::{Crossings, decide};
 
 /// The word at the bottom of a stack. Of the kind of instances, beyond all of them.
 pub(super) const END: u32 = u32::MAX;
@@ -27,9 +28,6 @@ pub(super) const KEPT: f32 = f32::NEG_INFINITY;
 
 /// Structures of more bytes than this are waited for: the size of a second-level cache.
 pub(super) const CACHED_BYTES: usize = 1 << 20;
-
-/// Slices of fewer rays are traced one by one.
-const FEW_RAYS: usize = 4;
 
 /// Rays that are sorted into beams together.
 const CHUNK: usize = 1 << 13;
@@ -69,9 +67,7 @@ impl Stacks {
     /// Both arrays as slices, which loops hold with one length.
     #[inline(always)]
     pub fn open(&mut self) -> Open<'_> {
-        let len = self.words.len().min(self.entries.len());
-        assert!(len >= WIDTH, "stacks have been grown");
-        Open { entries: &mut self.entries[..len], words: &mut self.words[..len], last_room: len - WIDTH }
+        Open::new(&mut self.entries, &mut self.words)
     }
 }
 
@@ -84,7 +80,14 @@ pub(super) struct Open<'a> {
     last_room: usize,
 }
 
-impl Open<'_> {
+impl<'a> Open<'a> {
+    #[inline(always)]
+    pub fn new(entries: &'a mut [f32], words: &'a mut [u32]) -> Self {
+        let len = words.len().min(entries.len());
+        assert!(len >= WIDTH, "stacks have been grown");
+        Open { entries: &mut entries[..len], words: &mut words[..len], last_room: len - WIDTH }
+    }
+
     #[inline(always)]
     pub fn word(&self, place: usize) -> u32 {
         self.words[place]
@@ -136,32 +139,23 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
         let mut rooms = STACKS.take().unwrap_or_default();
         let Rooms { stacks, beams: beam_stack, rest, remains } = &mut *rooms;
         let scene = Scene { world: self.world, bvh: self.bvh };
-        if self.rays.len() < FEW_RAYS {
-            stacks.grow(1, self.bvh.stack_len);
-            let mut stacks = stacks.open();
-            for (index, ray) in self.rays.iter().enumerate() {
-                let hit = scene.trace::<S, ANY>(simd, ray, &mut stacks);
-                (self.finish)(index, hit);
-            }
-        } else {
-            stacks.grow(SLOTS, self.bvh.stack_len);
-            for (number, rays) in self.rays.chunks(CHUNK).enumerate() {
-                let mut finish = |index, hit| (self.finish)(number * CHUNK + index, hit);
-                let rays = match &self.bvh.large {
-                    Some(large) => {
-                        remains.fill::<S, ANY>(simd, (&scene, large), rays, &mut finish);
-                        &remains.rays[..]
-                    }
-                    None => rays,
-                };
-                let mut finish = |place, hit| {
-                    let (index, hit) = if self.bvh.large.is_some() { remains.best(place, hit) } else { (place, hit) };
-                    finish(index, hit);
-                };
-                beams::<S, ANY>(simd, &scene, rays, beam_stack, rest, &mut finish);
-                if !(rest.others.is_empty() && rest.leavers.is_empty()) {
-                    rounds::run::<S, ANY>(simd, &scene, (rays, rest), stacks.open(), finish);
+        stacks.grow(SLOTS, self.bvh.stack_len);
+        for (number, rays) in self.rays.chunks(CHUNK).enumerate() {
+            let mut finish = |index, hit| (self.finish)(number * CHUNK + index, hit);
+            let rays = match &self.bvh.large {
+                Some(large) => {
+                    remains.fill::<S, ANY>(simd, (&scene, large), rays, &mut finish);
+                    &remains.rays[..]
                 }
+                None => rays,
+            };
+            let mut finish = |place, hit| {
+                let (index, hit) = if self.bvh.large.is_some() { remains.best(place, hit) } else { (place, hit) };
+                finish(index, hit);
+            };
+            beams::<S, ANY>(simd, &scene, rays, beam_stack, rest, &mut finish);
+            if !(rest.others.is_empty() && rest.leavers.is_empty()) {
+                rounds::run::<S, ANY>(simd, &scene, (rays, rest), stacks.open(), finish);
             }
         }
         STACKS.set(Some(rooms));
@@ -240,81 +234,9 @@ impl Local {
     pub fn new(ray: LocalRay, root: &Root, instance: u32) -> Self {
         Self { ray, slab: SlabRay::new(&ray, &root.padding), instance }
     }
-
-    /// A ray of the world.
-    #[inline(always)]
-    pub fn outside(ray: LocalRay, bvh: &Bvh) -> Self {
-        Self::new(ray, &bvh.top, NO_INSTANCE)
-    }
 }
 
 impl Scene<'_> {
-    /// A whole search of one ray.
-    #[inline(always)]
-    fn trace<S: Simd, const ANY: bool>(&self, simd: S, ray: &Ray, stacks: &mut Open<'_>) -> Hit {
-        let (Some((mut search, world_ray)), Some(root)) = (Search::start(ray), self.bvh.top.word) else {
-            return Hit::MISS;
-        };
-        let outside = Local::outside(world_ray, self.bvh);
-        let mut local = outside;
-        let places = Places::new(self);
-        stacks.put(0, END);
-        let (mut len, mut word) = (1, root);
-        'levels: loop {
-            let here = local;
-            loop {
-                while Child::is_node(word) {
-                    len = len + self.children::<S, ANY>(simd, word, &here.slab, &search.range(), len, stacks) - 1;
-                    word = stacks.word(len);
-                    places.prefetch(simd, stacks.word(len.saturating_sub(1)));
-                }
-                if word == END {
-                    return search.hit();
-                }
-                if word == LEAVE {
-                    len -= 1;
-                    (local, word) = (outside, stacks.word(len));
-                    continue 'levels;
-                }
-                match Child::of(word) {
-                    Child::Instance(index) => {
-                        if let Some((inside, root)) = self.enter(index, &here.ray, &search) {
-                            stacks.put(len, LEAVE);
-                            len += 1;
-                            (local, word) = (inside, root);
-                            continue 'levels;
-                        }
-                    }
-                    leaf => {
-                        if self.leaf::<S, ANY>(simd, leaf, (&here.ray, here.instance), &mut search) {
-                            if ANY {
-                                return search.hit();
-                            }
-                            len = stacks.cull(simd, 0, len, search.best.t);
-                        }
-                    }
-                }
-                len -= 1;
-                word = stacks.word(len);
-            }
-        }
-    }
-
-    /// Tests a node's children and puts those that are entered at a place of the stack, the nearest last; how many.
-    #[inline(always)]
-    pub fn children<S: Simd, const ANY: bool>(
-        &self,
-        simd: S,
-        word: u32,
-        slab: &SlabRay,
-        range: &(f32, f32),
-        place: usize,
-        stacks: &mut Open<'_>,
-    ) -> usize {
-        let (entries, words) = stacks.rooms(place);
-        simd.children::<ANY>(&self.bvh.arrays.nodes[word as usize], slab, range, entries, words)
-    }
-
     /// Tests what is in a leaf other than an instance, for a ray at the top or within an instance. True if anything better is hit.
     #[inline(always)]
     pub fn leaf<S: Simd, const ANY: bool>(
@@ -363,7 +285,20 @@ impl Scene<'_> {
         (ray, within): (&LocalRay, u32),
         search: &mut Search,
     ) -> bool {
-        search.pack(ray, pack, candidates, |search, lane| {
+        self.decided(index, pack, (candidates, &decide(pack.sheared(ray))), within, search)
+    }
+
+    /// Takes candidates of a pack that are decided. True if anything better is hit.
+    #[inline(always)]
+    pub fn decided(
+        &self,
+        index: usize,
+        pack: &Pack,
+        candidates: (u32, &Crossings<LANES>),
+        within: u32,
+        search: &mut Search,
+    ) -> bool {
+        search.pack(pack, candidates, |search, lane| {
             if within != NO_INSTANCE {
                 return Some(within);
             }

@@ -14,6 +14,7 @@ use crate::prefetch::prefetch;
 use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::search::Search;
 use crate::simd::Simd;
+use crate::triangle::decide;
 use std::hint::select_unpredictable;
 
 /// Rays in flight: a power of two.
@@ -339,7 +340,7 @@ impl Scene<'_> {
     /// Decides the candidates of a pack. True if anything better is hit.
     #[inline(always)]
     fn pack(&self, index: usize, pack: &Pack, candidates: u32, local: &Local, search: &mut Search) -> bool {
-        search.pack(&local.ray, pack, candidates, |search, lane| {
+        search.pack(pack, (candidates, &decide(pack.sheared(&local.ray))), |search, lane| {
             if local.is_inside() {
                 return Some(local.instance);
             }

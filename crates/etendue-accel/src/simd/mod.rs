@@ -5,12 +5,15 @@ use crate::bounds::{greatest, least};
 use crate::bvh::beam::{self, BEAM, Beam, Lanes};
 use crate::bvh::node::{LANES, Node, Pack, WIDTH, rows_of};
 use crate::flat::{self, Columns, Facets, FlatTriangle, Group, Pairs, Sheared};
+use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
-use crate::padding::SlabRay;
+use crate::padding::{Padding, SlabRay};
 use crate::ray::Ray;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod x86;
+#[cfg(target_arch = "x86_64")]
+mod x86_alone;
 #[cfg(target_arch = "x86_64")]
 mod x86_beam;
 #[cfg(target_arch = "x86_64")]
@@ -35,6 +38,41 @@ pub(crate) trait Simd: Copy {
         entries: &mut [f32; WIDTH],
         words: &mut [u32; WIDTH],
     ) -> usize;
+
+    /// What boxes and triangles ask of a ray that comes alone.
+    type Aim;
+
+    /// What boxes ask of it: numbers in registers, if there are such.
+    type Slabs;
+
+    /// A ray of the world; `None` if it hits nothing by definition.
+    fn aim(self, ray: &Ray, padding: &Padding) -> Option<Self::Aim>;
+
+    /// A ray inside of an instance.
+    fn aim_inside(self, ray: &LocalRay, slab: &SlabRay) -> Self::Aim;
+
+    /// To be asked for before each descent: registers are taken for as long as that is.
+    fn slabs(self, aim: &Self::Aim) -> Self::Slabs;
+
+    /// The same as [`Self::children`] for a ray that comes alone, and the nearest child's word, which is known long before
+    /// what is written; any word if there is none.
+    fn visit<const ANY: bool>(
+        self,
+        node: &Node,
+        slabs: &Self::Slabs,
+        range: (f32, f32),
+        entries: &mut [f32; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> (usize, u32);
+
+    /// The same as [`Self::candidates`] for a ray that comes alone, without the primitive to be skipped.
+    fn candidates_alone(self, pack: &Pack, aim: &Self::Aim, skip: u32) -> u32;
+
+    /// Those candidates whose corners are not all outside of the range, and the sheared corners of all.
+    fn within(self, pack: &Pack, aim: &Self::Aim, range: (f32, f32), candidates: u32) -> (u32, [[[f32; LANES]; 3]; 3]);
+
+    /// Runs what is rare as a call, so that it takes no registers from what calls it.
+    fn apart<K: SimdKernel>(self, kernel: K) -> K::Output;
 
     /// A bit for every triangle that the exact test of [`crate::triangle`] may accept. The sheared corners have the same
     /// bits as there, so what is rejected here would be rejected there.
@@ -128,6 +166,67 @@ impl Simd for Portable {
             used += usize::from(enter[child] <= exit[child]);
         }
         used
+    }
+
+    type Aim = (LocalRay, SlabRay);
+    type Slabs = SlabRay;
+
+    #[inline(always)]
+    fn aim(self, ray: &Ray, padding: &Padding) -> Option<Self::Aim> {
+        let ray = LocalRay::new(ray.origin, ray.direction)?;
+        Some((ray, SlabRay::new(&ray, padding)))
+    }
+
+    #[inline(always)]
+    fn aim_inside(self, ray: &LocalRay, slab: &SlabRay) -> Self::Aim {
+        (*ray, *slab)
+    }
+
+    #[inline(always)]
+    fn slabs(self, (_, slab): &Self::Aim) -> SlabRay {
+        *slab
+    }
+
+    #[inline(always)]
+    fn visit<const ANY: bool>(
+        self,
+        node: &Node,
+        slab: &SlabRay,
+        range: (f32, f32),
+        entries: &mut [f32; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> (usize, u32) {
+        let count = self.children::<ANY>(node, slab, &range, entries, words);
+        (count, words[count.wrapping_sub(1) & 7])
+    }
+
+    #[inline(always)]
+    fn candidates_alone(self, pack: &Pack, (ray, _): &Self::Aim, skip: u32) -> u32 {
+        let skipped: u32 = (0..LANES).map(|lane| u32::from(pack.primitive[lane] == skip) << lane).sum();
+        self.candidates(pack, ray) & !skipped
+    }
+
+    #[inline(always)]
+    fn within(
+        self,
+        pack: &Pack,
+        (ray, _): &Self::Aim,
+        (t_min, t_max): (f32, f32),
+        mut candidates: u32,
+    ) -> (u32, [[[f32; LANES]; 3]; 3]) {
+        let corners = pack.sheared(ray);
+        let [[_, _, a], [_, _, b], [_, _, c]] = &corners;
+        for i in 0..LANES {
+            let [a, b, c] = [a[i], b[i], c[i]];
+            let may = (greatest(greatest(a, b), c) > t_min) & (least(least(a, b), c) <= t_max);
+            candidates &= !(u32::from(!may) << i);
+        }
+        (candidates, corners)
+    }
+
+    #[inline(always)]
+    fn apart<K: SimdKernel>(self, kernel: K) -> K::Output {
+        kernel.run(self)
     }
 
     #[inline(always)]

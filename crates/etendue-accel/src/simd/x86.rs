@@ -5,16 +5,17 @@
 use std::arch::x86_64::*;
 
 use super::Simd;
+use super::x86_alone::{self, Aim, Slabs};
 use super::x86_beam::{beam_children, beam_triangle, waiting};
 use super::x86_beam_avx2;
 use super::x86_flat::{shear, transpose};
 use super::x86_scan::{scan_avx2, scan_avx512};
 use crate::bvh::beam::{BEAM, Beam, Lanes};
-use crate::bvh::node::{Node, Pack, WIDTH, rows_of};
+use crate::bvh::node::{LANES, Node, Pack, WIDTH, rows_of};
 use crate::flat::{self, Columns, Facets, FlatTriangle, Group, Pairs, Sheared};
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
-use crate::padding::SlabRay;
+use crate::padding::{Padding, SlabRay};
 use crate::ray::Ray;
 
 /// Exists only inside [`run_avx2`].
@@ -35,6 +36,22 @@ pub(crate) fn run_avx512<K: SimdKernel>(kernel: K) -> K::Output {
     kernel.run(Avx512(()))
 }
 
+/// See [`Simd::apart`].
+#[cold]
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn apart_avx2<K: SimdKernel>(kernel: K) -> K::Output {
+    kernel.run(Avx2(()))
+}
+
+/// See [`Simd::apart`].
+#[cold]
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw,avx512cd")]
+fn apart_avx512<K: SimdKernel>(kernel: K) -> K::Output {
+    kernel.run(Avx512(()))
+}
+
 impl Simd for Avx2 {
     const BEAM_SPREAD: f32 = 0.3;
 
@@ -49,6 +66,57 @@ impl Simd for Avx2 {
     ) -> usize {
         // SAFETY: a value of type Avx2 exists only in code that `run_avx2` runs, so the processor has the features.
         unsafe { children_avx2::<ANY>(node, ray, range, entries, words) }
+    }
+
+    type Aim = Aim;
+    type Slabs = Slabs;
+
+    #[inline(always)]
+    fn aim(self, ray: &Ray, padding: &Padding) -> Option<Aim> {
+        // SAFETY: as above.
+        unsafe { Aim::new(ray, padding) }
+    }
+
+    #[inline(always)]
+    fn aim_inside(self, ray: &LocalRay, slab: &SlabRay) -> Aim {
+        Aim::inside(ray, slab)
+    }
+
+    #[inline(always)]
+    fn slabs(self, aim: &Aim) -> Slabs {
+        // SAFETY: as above.
+        unsafe { aim.slabs() }
+    }
+
+    #[inline(always)]
+    fn visit<const ANY: bool>(
+        self,
+        node: &Node,
+        slabs: &Slabs,
+        range: (f32, f32),
+        entries: &mut [f32; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> (usize, u32) {
+        // SAFETY: as above.
+        unsafe { x86_alone::visit_avx2::<ANY>(node, slabs, range, entries, words) }
+    }
+
+    #[inline(always)]
+    fn candidates_alone(self, pack: &Pack, aim: &Aim, skip: u32) -> u32 {
+        // SAFETY: as above.
+        unsafe { x86_alone::candidates(pack, aim, skip) }
+    }
+
+    #[inline(always)]
+    fn within(self, pack: &Pack, aim: &Aim, range: (f32, f32), candidates: u32) -> (u32, [[[f32; LANES]; 3]; 3]) {
+        // SAFETY: as above.
+        unsafe { x86_alone::within(pack, aim, range, candidates) }
+    }
+
+    #[inline(always)]
+    fn apart<K: SimdKernel>(self, kernel: K) -> K::Output {
+        // SAFETY: as above.
+        unsafe { apart_avx2(kernel) }
     }
 
     #[inline(always)]
@@ -126,6 +194,57 @@ impl Simd for Avx512 {
     ) -> usize {
         // SAFETY: a value of type Avx512 exists only in code that `run_avx512` runs, so the processor has the features.
         unsafe { children_avx512::<ANY>(node, ray, range, entries, words) }
+    }
+
+    type Aim = Aim;
+    type Slabs = Slabs;
+
+    #[inline(always)]
+    fn aim(self, ray: &Ray, padding: &Padding) -> Option<Aim> {
+        // SAFETY: as above.
+        unsafe { Aim::new(ray, padding) }
+    }
+
+    #[inline(always)]
+    fn aim_inside(self, ray: &LocalRay, slab: &SlabRay) -> Aim {
+        Aim::inside(ray, slab)
+    }
+
+    #[inline(always)]
+    fn slabs(self, aim: &Aim) -> Slabs {
+        // SAFETY: as above.
+        unsafe { aim.slabs() }
+    }
+
+    #[inline(always)]
+    fn visit<const ANY: bool>(
+        self,
+        node: &Node,
+        slabs: &Slabs,
+        range: (f32, f32),
+        entries: &mut [f32; WIDTH],
+        words: &mut [u32; WIDTH],
+    ) -> (usize, u32) {
+        // SAFETY: as above.
+        unsafe { x86_alone::visit_avx512::<ANY>(node, slabs, range, entries, words) }
+    }
+
+    #[inline(always)]
+    fn candidates_alone(self, pack: &Pack, aim: &Aim, skip: u32) -> u32 {
+        // SAFETY: as above.
+        unsafe { x86_alone::candidates(pack, aim, skip) }
+    }
+
+    #[inline(always)]
+    fn within(self, pack: &Pack, aim: &Aim, range: (f32, f32), candidates: u32) -> (u32, [[[f32; LANES]; 3]; 3]) {
+        // SAFETY: as above.
+        unsafe { x86_alone::within(pack, aim, range, candidates) }
+    }
+
+    #[inline(always)]
+    fn apart<K: SimdKernel>(self, kernel: K) -> K::Output {
+        // SAFETY: as above.
+        unsafe { apart_avx512(kernel) }
     }
 
     #[inline(always)]
