@@ -372,7 +372,7 @@ unsafe fn intervals(node: &Node, ray: &SlabRay, (t_min, t_max): &(f32, f32)) -> 
 /// # Safety
 /// The processor has AVX2.
 #[inline(always)]
-unsafe fn order_of(node: &Node, octant: u32) -> __m256i {
+pub(super) unsafe fn order_of(node: &Node, octant: u32) -> __m256i {
     // SAFETY: the caller says so.
     unsafe {
         // Only the lowest three bits of an index count.
@@ -423,10 +423,28 @@ unsafe fn children_avx512<const ANY: bool>(
 ) -> usize {
     // SAFETY: as in `children_avx2`.
     unsafe {
-        let (mut enter, mut exit) = intervals(node, ray, range);
+        let intervals = intervals(node, ray, range);
+        compress_avx512::<ANY>(node, ray.octant, intervals, entries, words).count_ones() as usize
+    }
+}
+
+/// Writes entry distances and words of the children that are entered, and gives their bits: in the order of [`Node::order_of`].
+///
+/// # Safety
+/// The processor has the features of [`Avx512`].
+#[inline(always)]
+pub(super) unsafe fn compress_avx512<const ANY: bool>(
+    node: &Node,
+    octant: u32,
+    (mut enter, mut exit): (__m256, __m256),
+    entries: &mut [f32; WIDTH],
+    words: &mut [u32; WIDTH],
+) -> u8 {
+    // SAFETY: the caller says so; arrays hold eight elements, and loads and stores need no alignment.
+    unsafe {
         let mut children = _mm256_loadu_si256(node.children.as_ptr().cast());
         if !ANY {
-            let order = order_of(node, ray.octant);
+            let order = order_of(node, octant);
             enter = _mm256_permutexvar_ps(order, enter);
             exit = _mm256_permutexvar_ps(order, exit);
             children = _mm256_permutexvar_epi32(order, children);
@@ -434,7 +452,7 @@ unsafe fn children_avx512<const ANY: bool>(
         let entered = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, exit);
         _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_maskz_compress_ps(entered, enter));
         _mm256_storeu_si256(words.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(entered, children));
-        entered.count_ones() as usize
+        entered
     }
 }
 

@@ -3,7 +3,7 @@
 use std::arch::x86_64::*;
 use std::hint::black_box;
 
-use super::x86::COMPRESS;
+use super::x86::{COMPRESS, compress_avx512, order_of};
 use crate::bvh::node::{LANES, Node, Pack, WIDTH};
 use crate::local_ray::{Axis, COORDINATE_LIMIT, DIRECTION_LIMIT, LocalRay};
 use crate::padding::{FLATTEST, Padding, SlabRay};
@@ -223,10 +223,7 @@ pub(super) unsafe fn visit_avx2<const ANY: bool>(
         let (enter, exit) = slabs.intervals(node, range);
         let mut entered = _mm256_cmp_ps::<_CMP_LE_OQ>(enter, exit);
         // Only the lowest three bits of an index count.
-        let order = _mm256_srlv_epi32(
-            _mm256_set1_epi32(node.order[slabs.octant] as i32),
-            _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21),
-        );
+        let order = order_of(node, slabs.octant as u32);
         if !ANY {
             entered = _mm256_permutevar8x32_ps(entered, order);
         }
@@ -254,20 +251,8 @@ pub(super) unsafe fn visit_avx512<const ANY: bool>(
 ) -> (usize, u32) {
     // SAFETY: as in `visit_avx2`.
     unsafe {
-        let (mut enter, mut exit) = slabs.intervals(node, range);
-        let mut children = _mm256_loadu_si256(node.children.as_ptr().cast());
-        if !ANY {
-            let order = _mm256_srlv_epi32(
-                _mm256_set1_epi32(node.order[slabs.octant] as i32),
-                _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21),
-            );
-            enter = _mm256_permutexvar_ps(order, enter);
-            exit = _mm256_permutexvar_ps(order, exit);
-            children = _mm256_permutexvar_epi32(order, children);
-        }
-        let entered = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, exit);
-        _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_maskz_compress_ps(entered, enter));
-        _mm256_storeu_si256(words.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(entered, children));
+        let intervals = slabs.intervals(node, range);
+        let entered = compress_avx512::<ANY>(node, slabs.octant as u32, intervals, entries, words);
         (entered.count_ones() as usize, slabs.nearest::<ANY>(node, u32::from(entered)))
     }
 }
