@@ -28,7 +28,8 @@ fn closed(room: Shape, rho: f32) -> Scene {
 /// A name and what makes the shape.
 type Body = (&'static str, fn() -> Shape);
 
-const ROOMS: [Body; 3] = [("sphere", unit_sphere), ("cube", || cube(true)), ("ball", || ball(2))];
+const ROOMS: [Body; 4] =
+    [("sphere", unit_sphere), ("cube", || cube(true)), ("ball", || ball(2)), ("drum", || drum(20))];
 
 fn check_closed(rho: f32, spp: u32, (name, room): Body, integrator: Integrator, sampler: Sampler, precision: f64) {
     let view = camera(dvec3(0.1, -0.2, 0.3), dvec3(1.0, 0.3, 0.2));

@@ -4,12 +4,15 @@
 
 use etendue::{
     bsdf::{BrushedMetal, Bsdf, Density, GrooveForm},
-    light::{Light, LightCircle, LightTable, PointLightSource, RectangleLight, SphereLight, TriangleLight},
+    light::{
+        DiskLight, Light, LightCircle, LightTable, PointLightSource, RectangleLight, RoundOutline, SphereLight,
+        TriangleLight,
+    },
     math::{DVec3, Frame, Vec3, vec3},
     spectrum::Spectrum,
 };
 use etendue_testkit::{Rng, chi2::ChiSquare, integrate_1d};
-use std::f64::consts::PI;
+use std::{f64::consts::PI, sync::Arc};
 
 fn vector(rng: &mut Rng, size: f64) -> Vec3 {
     let mut x = || (rng.range(-1.0, 1.0) * size) as f32;
@@ -41,13 +44,26 @@ fn any_circle(rng: &mut Rng, exponent: f32) -> LightCircle {
     }
 }
 
+/// Of so many corners that it is the circle within a millionth.
+fn disk(center: Vec3, normal: Vec3, radius: f64, radiance: Spectrum, two_sided: bool) -> Light {
+    let x = normal.as_dvec3().any_orthonormal_vector();
+    let y = normal.as_dvec3().cross(x);
+    let corner = |i: u32| {
+        let (sin, cos) = (2.0 * PI * f64::from(i) / 2000.0).sin_cos();
+        center.as_dvec3() + (x * cos + y * sin) * radius
+    };
+    let outline = RoundOutline::new(&(0..2000).map(corner).collect::<Vec<_>>()).expect("is round");
+    Light::Disk(Arc::new(DiskLight { outline, radiance, two_sided }))
+}
+
 /// A light of some kind within about 2 m of the origin.
 fn any_light(rng: &mut Rng) -> Light {
     let radiance = Spectrum::splat(rng.range(0.5, 4.0) as f32);
     let two_sided = rng.f64() < 0.5;
     let size = [0.05, 1.0, 5.0][rng.u32() as usize % 3];
     let at = vector(rng, 2.0);
-    match rng.u32() % 4 {
+    match rng.u32() % 5 {
+        4 => disk(at, unit(rng), 0.5 * size, radiance, two_sided),
         0 => {
             let vertices = [at, at + vector(rng, size), at + vector(rng, size)];
             Light::Triangle(TriangleLight { vertices, radiance, two_sided })
@@ -84,6 +100,12 @@ fn meets(light: &Light, point: Vec3, direction: DVec3) -> Option<f64> {
         Light::Rectangle(r) => flat(r.corner, r.u.as_dvec3(), r.v.as_dvec3(), r.two_sided, |a, b| {
             (0.0..=1.0).contains(&a) && (0.0..=1.0).contains(&b)
         }),
+        Light::Disk(d) => {
+            let (normal, from) = (d.outline.normal(), d.outline.center() - origin);
+            let t = from.dot(normal) / direction.dot(normal);
+            let within = d.outline.contains(direction * t - from);
+            (t > 0.0 && within && (d.two_sided || direction.dot(normal) < 0.0)).then_some(t)
+        }
         Light::Sphere(s) => {
             let (center, radius) = (s.center.as_dvec3() - origin, f64::from(s.axes[0].length()));
             let along = center.dot(direction);
@@ -107,6 +129,7 @@ fn is_close(light: &Light, point: Vec3) -> bool {
             (point - a).dot((b - a).cross(c - a).normalize())
         }
         Light::Rectangle(r) => (point - r.corner).dot(r.u.cross(r.v).normalize()),
+        Light::Disk(d) => (point.as_dvec3() - d.outline.center()).dot(d.outline.normal()) as f32,
         Light::Sphere(s) => (point - s.center).length() - s.axes[0].length(),
         _ => 1.0,
     };

@@ -1,4 +1,4 @@
-//! Lamps that are cut into triangles: what is a parallelogram together is one light, and nothing else changes.
+//! Lamps that are cut into triangles: what is a parallelogram or a disk together is one light, and nothing else changes.
 
 mod common;
 
@@ -7,7 +7,7 @@ use etendue::{
     bsdf::Density,
     camera::CameraSettings,
     light::{Light, LightContext},
-    math::{DAffine3, Vec3, dvec3, vec3},
+    math::{DAffine3, DVec3, Vec3, dvec3, vec3},
     scene::{Scene, Shape},
 };
 use etendue_accel::{Hit, PrimitiveId, Ray};
@@ -32,8 +32,8 @@ fn sheet(sides: [usize; 2], is_there: impl Fn(usize, usize) -> bool) -> Shape {
     mesh(corners.collect(), faces.collect())
 }
 
-/// A floor under a mirrored and turned lamp of 40 triangles, a slanted one of 2 that shines to both sides, one of 16 with a hole, and
-/// an open box of 10.
+/// A floor under a mirrored and turned lamp of 40 triangles, a slanted one of 2 that shines to both sides, one of 16 with a hole, an
+/// open box of 10, a round one overhead, and one of 9 corners that is stuck into the floor.
 fn lamps() -> (Scene, CameraSettings) {
     let mut parts = Parts::default();
     let white = parts.diffuse([0.6; 3]);
@@ -57,14 +57,20 @@ fn lamps() -> (Scene, CameraSettings) {
     let open = parts.shape(mesh((0..8).map(corner).collect(), faces));
     let small = DAffine3::from_scale(dvec3(0.3, 0.4, 0.3));
     parts.place(open, DAffine3::from_translation(dvec3(1.4, 0.1, 0.6)) * small, both);
+    let (round, coarse) = (parts.shape(round_sheet(64)), parts.shape(round_sheet(9)));
+    let down = DAffine3::from_rotation_x(1.7) * DAffine3::from_scale(dvec3(0.4, -0.4, 1.0));
+    parts.place(round, DAffine3::from_translation(dvec3(0.2, 1.4, 0.9)) * down, bright);
+    let upright = DAffine3::from_rotation_y(0.9) * DAffine3::from_scale(DVec3::splat(0.35));
+    parts.place(coarse, DAffine3::from_translation(dvec3(-0.7, 0.1, 1.2)) * upright, both);
     (parts.build(), camera(dvec3(0.3, 2.2, 4.0), dvec3(0.0, 0.6, 0.0)))
 }
 
 #[test]
-fn parallelograms_are_one_light_each() {
+fn panels_are_one_light_each() {
     let (scene, _) = lamps();
     let count = |is: fn(&Light) -> bool| scene.lights().lights().iter().filter(|light| is(light)).count();
     assert_eq!(count(|light| matches!(light, Light::Rectangle(_))), 1 + 1 + 5);
+    assert_eq!(count(|light| matches!(light, Light::Disk(_))), 2);
     assert_eq!(count(|light| matches!(light, Light::Triangle(_))), 16);
 }
 

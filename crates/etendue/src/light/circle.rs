@@ -6,7 +6,7 @@
 //! density of the metal's tilts ([`CosinePower`]), which leaves little for the weight to do: colours, shadows,
 //! and what the grooves' form does at the horizon.
 
-use super::LightContext;
+use super::{LightContext, elliptic_cone::EllipticCone, polynomial::unit_roots};
 use crate::{
     bsdf::Circle,
     math::{DVec3, Frame, Vec3},
@@ -155,6 +155,54 @@ impl LightCircle {
         arcs.keep(libm::atan2(sin, cos), 2.0 * libm::asin(chord.sqrt()));
         arcs
     }
+
+    /// The arcs in which an elliptic cone is seen.
+    ///
+    /// With t the tangent of half the angle from where the circle is nearest to the cone's axis, directions times 1 + t^2 are
+    /// quadratic in t, and where they are on the cone is a quartic's root.
+    pub(super) fn arcs_of_elliptic_cone(&self, cone: &EllipticCone) -> Arcs {
+        let [x, y, z] = self.axes;
+        let nearest = libm::atan2(cone.axis.dot(z), cone.axis.dot(x));
+        let (sin, cos) = libm::sincos(nearest);
+        let (out, along) = ((x * cos + z * sin) * self.radius, (z * cos - x * sin) * self.radius);
+        let start = out + y * self.along;
+        let on_ellipse = [0, 1].map(|i| {
+            let axis = cone.across[i] / cone.half[i];
+            [start.dot(axis), 2.0 * along.dot(axis), (start - out * 2.0).dot(axis)]
+        });
+        let mut quartic = [1.0, 0.0, 2.0, 0.0, 1.0];
+        for [p, q, r] in on_ellipse {
+            let square = [p * p, 2.0 * p * q, q * q + 2.0 * p * r, 2.0 * q * r, r * r];
+            quartic.iter_mut().zip(square).for_each(|(all, own)| *all -= own);
+        }
+        let mut ends = [0.0; 10];
+        let mut count = 1;
+        let mut add = |angle: f64| {
+            let angle = nearest + angle;
+            let angle = if angle > PI {
+                angle - TAU
+            } else if angle <= -PI {
+                angle + TAU
+            } else {
+                angle
+            };
+            if angle > 0.0 && angle < PI && count < ends.len() - 1 {
+                ends[count] = angle;
+                count += 1;
+            }
+        };
+        unit_roots(quartic).iter().for_each(|t| add(2.0 * libm::atan(*t)));
+        quartic.reverse();
+        unit_roots(quartic).iter().for_each(|t| add(2.0 * libm::atan2(1.0f64.copysign(*t), t.abs())));
+        ends[count] = PI;
+        let ends = &mut ends[..=count];
+        ends.sort_unstable_by(f64::total_cmp);
+        Arcs::between(ends, |phi| {
+            let direction = self.direction(phi);
+            let [x, y] = cone.locate(direction);
+            x * x + y * y <= 1.0 && direction.dot(cone.axis) > 0.0
+        })
+    }
 }
 
 /// Planes through the origin and the edges of a polygon around, their normals inward; `front` is across the polygon, of any
@@ -191,6 +239,24 @@ impl Arcs {
     /// True if `phi` is on one of them.
     pub fn contains(&self, phi: f64) -> bool {
         self.iter().any(|[from, to]| (*from..=*to).contains(&phi))
+    }
+
+    /// Those of the intervals between ascending angles whose middles are seen.
+    fn between(ends: &[f64], is_seen: impl Fn(f64) -> bool) -> Self {
+        let mut arcs = Self::default();
+        let mut from = None;
+        for pair in ends.windows(2) {
+            let seen = is_seen(0.5 * (pair[0] + pair[1]));
+            let start = from.filter(|_| seen).unwrap_or(pair[0]);
+            if let (Some(start), false) = (from, seen) {
+                arcs.push([start, pair[0]]);
+            }
+            from = seen.then_some(start);
+        }
+        if let (Some(start), Some(end)) = (from, ends.last()) {
+            arcs.push([start, *end]);
+        }
+        arcs
     }
 
     fn push(&mut self, arc: [f64; 2]) {

@@ -45,6 +45,11 @@ impl Extent {
                 let [corner, u, v] = [light.corner, light.u, light.v].map(|v| v.as_dvec3());
                 Self::flat(&[corner, corner + u, corner + u + v, corner + v], u.cross(v), light.two_sided)
             }
+            Light::Disk(light) => {
+                let (center, normal) = (light.outline.center(), light.outline.normal());
+                let half = (DVec3::ONE - normal * normal).max(DVec3::ZERO).map(f64::sqrt) * light.outline.radius();
+                Self::flat(&[center - half, center + half], normal, light.two_sided)
+            }
             Light::Sphere(light) => {
                 let [x, y, z] = light.axes.map(|a| a.as_dvec3());
                 let half = (x * x + y * y + z * z).map(f64::sqrt);

@@ -28,12 +28,17 @@ mod cap;
 mod carried;
 mod circle;
 mod directional;
+mod disk;
+mod elliptic_cone;
 mod environment;
 mod extent;
 mod patch;
 mod planar;
 mod point;
+mod polynomial;
+mod projected_cone;
 mod rectangle;
+mod round_outline;
 mod sky;
 mod sphere;
 mod spherical;
@@ -46,12 +51,14 @@ mod triangle;
 pub(crate) use carried::{Carrier, LISTED_AT};
 pub use circle::{Arcs, LightCircle};
 pub use directional::DirectionalLight;
+pub use disk::DiskLight;
 pub use environment::ConstantEnvironment;
 pub(crate) use environment::sample_above;
 pub(crate) use planar::DrawnPoint;
 pub use point::PointLightSource;
 pub(crate) use rectangle::RectangleFrame;
 pub use rectangle::RectangleLight;
+pub use round_outline::RoundOutline;
 pub use sky::{ImageEnvironment, MAX_MAP_TEXELS, RadianceMap, RadianceMapError};
 pub(crate) use sphere::BallView;
 pub use sphere::SphereLight;
@@ -140,6 +147,8 @@ pub enum Light {
     Triangle(TriangleLight),
     /// An emissive parallelogram.
     Rectangle(RectangleLight),
+    /// An emissive disk.
+    Disk(Arc<DiskLight>),
     /// An emissive sphere or ellipsoid.
     Sphere(SphereLight),
     /// A light without extent.
@@ -161,6 +170,7 @@ macro_rules! dispatch {
         match $light {
             Light::Triangle($inner) => $body,
             Light::Rectangle($inner) => $body,
+            Light::Disk($inner) => $body,
             Light::Sphere($inner) => $body,
             Light::Point($inner) => $body,
             Light::Spot($inner) => $body,
@@ -201,6 +211,7 @@ impl Light {
         match self {
             Self::Triangle(light) => Some(light.vertices.into_iter().sum::<Vec3>() / 3.0),
             Self::Rectangle(light) => Some(light.corner + (light.u + light.v) * 0.5),
+            Self::Disk(light) => Some(light.outline.center().as_vec3()),
             Self::Sphere(light) => Some(light.center),
             Self::Point(light) => Some(light.position),
             Self::Spot(light) => Some(light.position),

@@ -64,6 +64,12 @@ impl Facing {
         self.height
     }
 
+    /// Unit, on the context's side.
+    #[inline(always)]
+    pub(super) fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
     /// The point at `offset` from the context, drawn with `density` per solid angle; `at` as in [`LightSample`].
     #[inline(always)]
     pub(super) fn draw(&self, offset: DVec3, at: [f64; 2], density: f64) -> DrawnPoint {

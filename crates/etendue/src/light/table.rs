@@ -93,7 +93,9 @@ impl LightTable {
         // Of all light from infinity, and of it without the even sky.
         let even_share = if sky > 0.0 { far_share(sky + suns, near) * (sky / (sky + suns)) as f32 } else { 0.0 };
         let far_share = far_share(suns, near);
-        let met = |light: &Light| matches!(light, Light::Triangle(_) | Light::Rectangle(_) | Light::Sphere(_));
+        let met = |light: &Light| {
+            matches!(light, Light::Triangle(_) | Light::Rectangle(_) | Light::Disk(_) | Light::Sphere(_))
+        };
         let candidates = (0..lights.len()).filter(|&i| met(&lights[i]) && weights[i] > 0.0).map(|i| i as u32);
         let candidates = candidates.filter(|&i| carriers.of(i).is_none());
         let few: Vec<u32> = candidates.take(FEW + 1).collect();

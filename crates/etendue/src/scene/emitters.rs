@@ -1,14 +1,14 @@
-//! The surfaces that emit, as lights. Triangles that are a parallelogram together are one light. A face whose emission has a
+//! The surfaces that emit, as lights. Triangles that are a parallelogram or a disk together are one light. A face whose emission has a
 //! texture is cut into similar pieces, each a light with the mean radiance of its box in the texture; what a sample carries is the
 //! radiance at its point.
 
 use super::{
     FaceLights, Object, Placement, Primitives, SceneParts, Shape,
     emission_map::EmissionMap,
-    panels::{self, Panel, PanelFace},
+    panels::{self, Form, Panel, PanelFace},
 };
 use crate::{
-    light::{Carrier, LISTED_AT, Light, LightSample, RectangleLight, SphereLight, TriangleLight},
+    light::{Carrier, DiskLight, LISTED_AT, Light, LightSample, RectangleLight, SphereLight, TriangleLight},
     material::{Emission, Material},
     math::{DVec3, Vec2, Vec3},
     spectrum::Spectrum,
@@ -16,6 +16,7 @@ use crate::{
     texture::Lookup,
 };
 use etendue_accel::{Place, Transform};
+use std::sync::Arc;
 
 /// Most pieces of a face along one of its sides.
 const MAX_SIDE: u32 = 256;
@@ -364,7 +365,7 @@ impl Lister<'_> {
         FaceLights::Each { firsts: firsts.into(), sides: sides.into() }
     }
 
-    /// Lists triangles that are parallelograms together, and tells which light each face is; empty if there are none.
+    /// Lists triangles that are parallelograms or disks together, and tells which light each face is; empty if there are none.
     fn list_panels(&mut self, placement: &Placement, mesh: &MeshData, transform: Option<&Transform>) -> Vec<u32> {
         let face = |face: u32| {
             let glow = self.glow(placement, face).filter(|glow| glow.map.is_none() && !glow.is_varied)?;
@@ -376,12 +377,17 @@ impl Lister<'_> {
         let place = |vertex: u32| to_world(transform, mesh.positions[vertex as usize].into());
         let panels = panels::find(&faces, place);
         let mut lights = if panels.is_empty() { Vec::new() } else { vec![NO_LIGHT; faces.len()] };
-        for Panel { faces: covered, corner, edges: [u, v] } in panels {
+        for Panel { faces: covered, form } in panels {
             let Some(PanelFace { radiance, two_sided, .. }) = faces[covered[0] as usize] else { continue };
             for face in covered {
                 lights[face as usize] = self.lights.len() as u32;
             }
-            self.lights.push(Light::Rectangle(RectangleLight { corner, u, v, radiance, two_sided }));
+            self.lights.push(match form {
+                Form::Parallelogram { corner, edges: [u, v] } => {
+                    Light::Rectangle(RectangleLight { corner, u, v, radiance, two_sided })
+                }
+                Form::Disk(outline) => Light::Disk(Arc::new(DiskLight { outline, radiance, two_sided })),
+            });
         }
         lights
     }

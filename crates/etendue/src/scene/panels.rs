@@ -1,12 +1,13 @@
-//! Flat lamps that are cut into triangles: those that together are a parallelogram are one light, which is drawn from as a
-//! whole and evenly, however finely it is cut.
+//! Flat lamps that are cut into triangles: those that together are a parallelogram, or nearly a disk, are one light, which is drawn
+//! from as a whole and evenly, however finely it is cut.
 //!
 //! Faces belong together if they share edges, lie in one plane to rounding with the same side up, and emit alike. They cover a
-//! parallelogram just once if the edges that no face runs along the other way are one closed line round it: since all faces turn the
-//! same way, a point is covered as often as that line goes round it. An edge with more faces one way than the other leaves the
-//! line open.
+//! parallelogram or a polygon just once if the edges that no face runs along the other way are one closed line round it: since all
+//! faces turn the same way, a point is covered as often as that line goes round it. An edge with more faces one way than the other
+//! leaves the line open.
 
 use crate::{
+    light::RoundOutline,
     math::{DVec3, Vec3},
     spectrum::Spectrum,
 };
@@ -28,15 +29,24 @@ pub(super) struct PanelFace {
     pub two_sided: bool,
 }
 
-/// Faces that are a parallelogram together.
+/// Faces that are one light together.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Panel {
     /// Indices of the faces, ascending.
     pub faces: Vec<u32>,
-    /// A corner of the parallelogram.
-    pub corner: Vec3,
-    /// Its edges from there; the front is along u x v.
-    pub edges: [Vec3; 2],
+    pub form: Form,
+}
+
+/// What faces are together.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Form {
+    Parallelogram {
+        corner: Vec3,
+        /// From there; the front is along u x v.
+        edges: [Vec3; 2],
+    },
+    /// The front is along its normal.
+    Disk(RoundOutline),
 }
 
 /// All panels of two faces or more. `faces` has an entry for each face of a mesh, `None` for those that are left as they are;
@@ -130,18 +140,12 @@ impl Welded {
     fn panel(&self, faces: &[(u32, PanelFace)], group: &[u32]) -> Option<Panel> {
         let rim = self.rim(group)?;
         let slack = SLACK * group.iter().map(|face| largest(&self.places(*face))).fold(0.0, f64::max);
-        let [a, b, c, d] = corners_of(&rim)?;
-        let at = [a, b, c, d].map(|corner| rim[corner]);
-        let [u, v] = [at[1] - at[0], at[3] - at[0]];
-        let is_closed = largest(&[at[0] + u + v - at[2]]) <= slack;
-        let sides = [(a, b), (b, c), (c, d), (d, a)];
-        let normal = u.cross(v).try_normalize()?;
-        let is_flat = |face: &u32| self.places(*face).iter().all(|point| (*point - at[0]).dot(normal).abs() <= slack);
-        let is_panel = is_closed
-            && sides.iter().all(|&(from, to)| is_straight(&rim, from, to, slack))
-            && group.iter().all(is_flat);
-        let faces = group.iter().map(|face| faces[*face as usize].0).collect();
-        is_panel.then(|| Panel { faces, corner: at[0].as_vec3(), edges: [u.as_vec3(), v.as_vec3()] })
+        let is_flat = |from: DVec3, normal: DVec3| {
+            let points = group.iter().flat_map(|face| self.places(*face));
+            points.into_iter().all(|point| (point - from).dot(normal).abs() <= slack)
+        };
+        let form = parallelogram(&rim, slack, is_flat).or_else(|| disk(&rim, is_flat))?;
+        Some(Panel { faces: group.iter().map(|face| faces[*face as usize].0).collect(), form })
     }
 
     /// The closed line round a group of faces, the faces on its left; `None` if there are several, or if it
@@ -182,6 +186,25 @@ impl Roots {
         let (a, b) = (self.of(a), self.of(b));
         self.0[a.max(b) as usize] = a.min(b);
     }
+}
+
+/// `is_flat` tells if all is in the plane through a point across a normal.
+fn parallelogram(rim: &[DVec3], slack: f64, is_flat: impl Fn(DVec3, DVec3) -> bool) -> Option<Form> {
+    let [a, b, c, d] = corners_of(rim)?;
+    let at = [a, b, c, d].map(|corner| rim[corner]);
+    let [u, v] = [at[1] - at[0], at[3] - at[0]];
+    let is_closed = largest(&[at[0] + u + v - at[2]]) <= slack;
+    let sides = [(a, b), (b, c), (c, d), (d, a)];
+    let normal = u.cross(v).try_normalize()?;
+    let is_one =
+        is_closed && sides.iter().all(|&(from, to)| is_straight(rim, from, to, slack)) && is_flat(at[0], normal);
+    is_one.then(|| Form::Parallelogram { corner: at[0].as_vec3(), edges: [u.as_vec3(), v.as_vec3()] })
+}
+
+/// As [`parallelogram`].
+fn disk(rim: &[DVec3], is_flat: impl Fn(DVec3, DVec3) -> bool) -> Option<Form> {
+    let outline = RoundOutline::new(rim)?;
+    is_flat(outline.center(), outline.normal()).then_some(Form::Disk(outline))
 }
 
 fn is_alike(a: &PanelFace, b: &PanelFace) -> bool {
@@ -286,6 +309,11 @@ mod tests {
         find(&shining(faces), |vertex| points[vertex as usize])
     }
 
+    fn edges(panel: &Panel) -> [Vec3; 2] {
+        let Form::Parallelogram { edges, .. } = panel.form else { panic!("{panel:?}") };
+        edges
+    }
+
     /// A number in [-1, 1] for each place.
     fn noise(x: f32, y: f32) -> f32 {
         (libm::sinf(x * 91.7 + y * 47.3) * 1e3).fract()
@@ -311,7 +339,9 @@ mod tests {
                 let (points, faces) = uneven(columns, rows, u, v);
                 let panels = found(&points, &faces);
                 assert_eq!(panels.len(), 1, "{u} {v} {columns} {rows}");
-                let Panel { faces: covered, corner, edges: [a, b] } = &panels[0];
+                let Panel { faces: covered, form: Form::Parallelogram { corner, edges: [a, b] } } = &panels[0] else {
+                    panic!("{panels:?}")
+                };
                 assert!(covered.iter().copied().eq(0..faces.len() as u32));
                 let near = |p: Vec3, q: Vec3| (p - q).length() < 4e-6;
                 let ways = [[u, v], [v, -u], [-u, -v], [-v, u]];
@@ -344,7 +374,7 @@ mod tests {
     fn both_sides_of_a_sheet_are_panels() {
         let points = [Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y];
         let panels = found(&points, &[[0, 1, 2], [0, 2, 3], [1, 0, 3], [1, 3, 2]]);
-        let normals: Vec<Vec3> = panels.iter().map(|panel| panel.edges[0].cross(panel.edges[1])).collect();
+        let normals: Vec<Vec3> = panels.iter().map(|panel| edges(panel)[0].cross(edges(panel)[1])).collect();
         assert!(normals.len() == 2 && normals[0].dot(normals[1]) < 0.0, "{panels:?}");
     }
 
@@ -365,13 +395,40 @@ mod tests {
         let panels = found(&points, &faces);
         assert_eq!(panels.len(), 6);
         for panel in panels {
-            let [u, v] = panel.edges;
-            let middle = panel.corner + 0.5 * (u + v);
+            let Form::Parallelogram { corner, edges: [u, v] } = panel.form else { panic!("{panel:?}") };
+            let middle = corner + 0.5 * (u + v);
             assert!(u.cross(v).dot(middle - Vec3::splat(0.5)) > 0.0, "{panel:?} faces inwards");
         }
     }
 
-    /// Whatever is no parallelogram stays as it is.
+    /// Corners of a regular polygon about (1, 2, -3), with faces about its middle.
+    fn fan(count: u32, radius: f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let corner = |i: u32| {
+            let (sin, cos) = libm::sincosf(std::f32::consts::TAU * i as f32 / count as f32);
+            vec3(1.0, 2.0, -3.0) + vec3(radius * cos, 0.6 * radius * sin, 0.8 * radius * sin)
+        };
+        let points = std::iter::once(vec3(1.0, 2.0, -3.0)).chain((0..count).map(corner)).collect();
+        (points, (0..count).map(|i| [0, 1 + i, 1 + (i + 1) % count]).collect())
+    }
+
+    #[test]
+    fn disks_are_found_however_they_are_cut() {
+        for count in [8, 9, 64, 500] {
+            let (points, faces) = fan(count, 0.5);
+            // About one of the rim's corners, in place of the middle.
+            let corner: Vec<[u32; 3]> = (2..count).map(|i| [1, i, i + 1]).collect();
+            for faces in [faces, corner] {
+                let panels = found(&points, &faces);
+                let [Panel { faces: covered, form: Form::Disk(outline) }] = &panels[..] else { panic!("{panels:?}") };
+                assert!(covered.iter().copied().eq(0..faces.len() as u32));
+                assert!((outline.center().as_vec3() - points[0]).length() < 1e-6, "{count}");
+                assert!((outline.radius() - 0.5).abs() < 1e-6);
+                assert!((outline.normal().as_vec3() - vec3(0.0, -0.8, 0.6)).length() < 1e-5);
+            }
+        }
+    }
+
+    /// Whatever is neither parallelogram nor disk stays as it is.
     #[test]
     fn other_shapes_are_left() {
         let (points, faces) = uneven(6, 6, Vec3::X, Vec3::Y);
@@ -399,6 +456,23 @@ mod tests {
         assert_eq!(found(&bulged, &bent_faces).len(), 0, "bulged");
         let (slanting, _) = grid(1, 1, |x, y| vec3(x * (1.0 + 0.5 * y), y, 0.0));
         assert_eq!(found(&slanting, &[[0, 1, 3], [0, 3, 2]]).len(), 0, "one side longer");
+    }
+
+    #[test]
+    fn what_is_not_quite_a_disk_is_left() {
+        let (points, faces) = fan(64, 0.5);
+        assert_eq!(found(&points, &faces).len(), 1);
+        assert_eq!(found(&points, &faces[..52]).len(), 0, "a slice is gone");
+        // A face that is there twice is on its own, what is left is round enough.
+        let twice = found(&points, &[&faces[..], &faces[20..21]].concat());
+        assert!(twice.len() == 1 && twice[0].faces.iter().copied().eq((0..64).filter(|face| *face != 20)));
+        let mut cone = points.clone();
+        cone[0].y += 1e-4;
+        assert_eq!(found(&cone, &faces).len(), 0, "a flat cone");
+        let ellipse: Vec<Vec3> = points.iter().map(|p| vec3(1.2 * p.x, p.y, p.z)).collect();
+        assert_eq!(found(&ellipse, &faces).len(), 0, "an ellipse");
+        let (points, faces) = fan(6, 0.5);
+        assert_eq!(found(&points, &faces).len(), 0, "a hexagon");
     }
 
     /// Faces of other radiance, or that do not shine, part what lies on either side of them.

@@ -104,6 +104,31 @@ pub fn ball(levels: u32) -> Shape {
     mesh(positions.iter().map(|p| p.as_vec3().to_array()).collect(), faces)
 }
 
+/// A polygon of `corners` in the plane z = 0, facing +z: triangles about its middle, with a rim of radius 1.
+pub fn round_sheet(corners: u32) -> Shape {
+    let rim = |i: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(corners)).sin_cos();
+        [cos as f32, sin as f32, 0.0]
+    };
+    let positions = std::iter::once([0.0; 3]).chain((0..corners).map(rim)).collect();
+    mesh(positions, (0..corners).map(|i| [0, 1 + i, 1 + (i + 1) % corners]).collect())
+}
+
+/// A prism of `sides` about the z axis with round ends at -1 and 1, its inside being its front.
+pub fn drum(sides: u32) -> Shape {
+    let corner = |i: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i / 2) / f64::from(sides)).sin_cos();
+        [cos as f32, sin as f32, if i % 2 == 0 { -1.0 } else { 1.0 }]
+    };
+    let positions = [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]].into_iter().chain((0..2 * sides).map(corner)).collect();
+    let faces = (0..sides).flat_map(|i| {
+        let [low, high] = [2 + 2 * i, 3 + 2 * i];
+        let [next_low, next_high] = [low, high].map(|corner| if i + 1 == sides { corner - 2 * i } else { corner + 2 });
+        [[0, low, next_low], [1, next_high, high], [low, high, next_high], [low, next_high, next_low]]
+    });
+    mesh(positions, faces.collect())
+}
+
 pub fn mesh(positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Shape {
     Shape::Mesh(Mesh {
         origin: DVec3::ZERO,

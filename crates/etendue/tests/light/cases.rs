@@ -2,8 +2,8 @@
 
 use etendue::{
     light::{
-        ConstantEnvironment, DirectionalLight, ImageEnvironment, Light, LightContext, PointLightSource, RadianceMap,
-        RectangleLight, SphereLight, SpotLight, SunSky, TriangleLight,
+        ConstantEnvironment, DirectionalLight, DiskLight, ImageEnvironment, Light, LightContext, PointLightSource,
+        RadianceMap, RectangleLight, RoundOutline, SphereLight, SpotLight, SunSky, TriangleLight,
     },
     math::{DMat3, DVec3, Vec3, dvec3},
     spectrum::Spectrum,
@@ -58,6 +58,17 @@ fn parallelogram(at: &Placement, u: DVec3, v: DVec3, two_sided: bool) -> Light {
     Light::Rectangle(RectangleLight { corner, u, v, radiance: RADIANCE, two_sided })
 }
 
+/// So many corners that in no test a sample falls between the polygon and the circle.
+fn disk(at: &Placement, two_sided: bool) -> Light {
+    let corner = |i: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 20_000.0).sin_cos();
+        at.rotation * dvec3(0.5 + 0.5 * cos, 0.3 + 0.5 * sin, 0.0) * at.scale + at.translation
+    };
+    let rim: Vec<DVec3> = (0..20_000).map(corner).collect();
+    let outline = RoundOutline::new(&rim).expect("is round");
+    Light::Disk(Arc::new(DiskLight { outline, radiance: RADIANCE, two_sided }))
+}
+
 fn ellipsoid(at: &Placement, axes: [DVec3; 3], two_sided: bool) -> Light {
     let axes = axes.map(|a| at.vector(a));
     Light::Sphere(SphereLight { center: at.point(DVec3::ZERO), axes, radiance: RADIANCE, two_sided })
@@ -74,6 +85,8 @@ pub fn flat(at: &Placement) -> Vec<(&'static str, Light)> {
         ("two-sided rectangle", parallelogram(at, dvec3(1.0, 0.0, 0.0), dvec3(0.0, 0.6, 0.0), true)),
         ("strip", parallelogram(at, dvec3(1.0, 0.0, 0.0), dvec3(0.0, 0.01, 0.0), false)),
         ("parallelogram", parallelogram(at, dvec3(1.0, 0.0, 0.0), dvec3(0.4, 0.7, 0.0), false)),
+        ("disk", disk(at, false)),
+        ("two-sided disk", disk(at, true)),
     ]
 }
 

@@ -7,16 +7,18 @@ use super::{
 };
 use etendue::{
     bsdf::Density,
-    light::{Light, LightContext, LightSample, SphereLight},
+    light::{DiskLight, Light, LightContext, LightSample, SphereLight},
     math::{DMat3, DVec3, Vec3, dvec3},
 };
 use etendue_testkit::{Rng, chi2::ChiSquare};
+use std::f64::consts::{PI, TAU};
 
 /// The offset of targets that the module's text promises.
 pub fn margin(case: &Case) -> f64 {
     let world = double(case.ctx.point);
     let (corners, extent) = match &case.light {
         Light::Sphere(s) => (vec![double(s.center)], s.axes.iter().map(|a| double(*a).length()).sum()),
+        Light::Disk(d) => (vec![d.outline.center()], d.outline.radius()),
         light => {
             let [a, b, c] = corners(light).unwrap();
             (if matches!(light, Light::Triangle(_)) { vec![a, b, c] } else { vec![a, b, c, b + c - a] }, 0.0)
@@ -46,8 +48,18 @@ fn corners(light: &Light) -> Option<[DVec3; 3]> {
             let corner = double(r.corner);
             Some([corner, corner + double(r.u), corner + double(r.v)])
         }
+        Light::Disk(d) => Some(square(d)),
         _ => None,
     }
+}
+
+/// Corners of the square about a disk.
+fn square(disk: &DiskLight) -> [DVec3; 3] {
+    let (normal, radius) = (disk.outline.normal(), disk.outline.radius());
+    let x = normal.any_orthonormal_vector();
+    let y = normal.cross(x);
+    let corner = disk.outline.center() - (x + y) * radius;
+    [corner, corner + x * (2.0 * radius), corner + y * (2.0 * radius)]
 }
 
 /// Coordinates of `p` along the edges from the first corner, projected onto their plane.
@@ -62,9 +74,15 @@ fn flat_chart(light: &Light, ctx: &LightContext) -> Option<Chart> {
     let [a, b, c] = corners(light)?;
     let cross = (b - a).cross(c - a);
     let normal = cross.normalize() * (double(ctx.point) - a).dot(cross).signum();
-    let is_triangle = matches!(light, Light::Triangle(_));
+    let (is_triangle, is_disk) = (matches!(light, Light::Triangle(_)), matches!(light, Light::Disk(_)));
     let point = move |[s, t]: [f64; 2]| {
-        let (x, y, stretch) = if is_triangle { (s * (1.0 - t), s * t, s) } else { (s, t, 1.0) };
+        let (sin, cos) = (TAU * t).sin_cos();
+        let (x, y, stretch) = match () {
+            () if is_triangle => (s * (1.0 - t), s * t, s),
+            // By the square of the distance from the middle, and turns.
+            () if is_disk => (0.5 + 0.5 * s.sqrt() * cos, 0.5 + 0.5 * s.sqrt() * sin, 0.25 * PI),
+            () => (s, t, 1.0),
+        };
         (a + (b - a) * x + (c - a) * y, normal, cross.length() * stretch)
     };
     let origin = double(ctx.point);
@@ -74,7 +92,12 @@ fn flat_chart(light: &Light, ctx: &LightContext) -> Option<Chart> {
         let is_far = target.distance(origin) > 100.0 * (b - a).length();
         let on_ray = origin + wi * ((a - origin).dot(cross) / wi.dot(cross));
         let [x, y] = along_edges([a, b, c], if is_far { target } else { on_ray });
-        let at = if is_triangle { [x + y, y / (x + y)] } else { [x, y] };
+        let (dx, dy) = (2.0 * x - 1.0, 2.0 * y - 1.0);
+        let at = match () {
+            () if is_triangle => [x + y, y / (x + y)],
+            () if is_disk => [dx * dx + dy * dy, (dy.atan2(dx) / TAU).rem_euclid(1.0)],
+            () => [x, y],
+        };
         at.map(|p| if p.abs() < 2e-3 || (p - 1.0).abs() < 2e-3 { p.clamp(0.0, 1.0) } else { p })
     };
     Some(Chart { range: [[0.0, 1.0]; 2], point: Box::new(point), locate: Box::new(locate) })
@@ -97,10 +120,10 @@ fn cap_chart(sphere: &SphereLight, ctx: &LightContext) -> Option<Chart> {
     let x = axis.any_orthonormal_vector();
     let y = axis.cross(x);
     let point = move |[z, turns]: [f64; 2]| {
-        let (sin, cos) = (std::f64::consts::TAU * turns).sin_cos();
+        let (sin, cos) = (TAU * turns).sin_cos();
         let surface = axis * z + (x * cos + y * sin) * (1.0 - z * z).sqrt();
         let cofactor = inverse.transpose() * surface * map.determinant().abs();
-        (center + map * surface, cofactor.normalize(), cofactor.length() * std::f64::consts::TAU)
+        (center + map * surface, cofactor.normalize(), cofactor.length() * TAU)
     };
     let horizon = 1.0 / from.length();
     let locate = move |sample: &LightSample| {
@@ -108,7 +131,7 @@ fn cap_chart(sphere: &SphereLight, ctx: &LightContext) -> Option<Chart> {
         let along = from.dot(direction);
         let closest = from - direction * along;
         let surface = (closest - direction * (1.0 - closest.length_squared()).max(0.0).sqrt()).normalize();
-        let turns = surface.dot(y).atan2(surface.dot(x)) / std::f64::consts::TAU;
+        let turns = surface.dot(y).atan2(surface.dot(x)) / TAU;
         [surface.dot(axis).clamp(horizon, 1.0), turns.rem_euclid(1.0)]
     };
     Some(Chart { range: [[horizon, 1.0], [0.0, 1.0]], point: Box::new(point), locate: Box::new(locate) })
@@ -138,6 +161,7 @@ fn is_visible(case: &Case) -> bool {
             match light {
                 Light::Triangle(t) => t.two_sided || height > 0.0,
                 Light::Rectangle(r) => r.two_sided || height > 0.0,
+                Light::Disk(d) => d.two_sided || height > 0.0,
                 _ => true,
             }
         }
@@ -246,8 +270,11 @@ fn targets_are_lifted_off_the_light() {
         let extremes = [[0.0, 0.0], [0.0, LAST], [LAST, 0.0], [LAST, LAST], [0.5, LAST], [LAST, 0.5]];
         let inner = (0..samples(200, 20_000)).map(|_| rng.f32x2());
         for u in extremes.into_iter().chain(inner) {
-            let Some(sample) = case.light.sample(&case.ctx, u) else { panic!("{}: nothing at {u:?}", case.name) };
-            check_target(&case, &sample);
+            match case.light.sample(&case.ctx, u) {
+                Some(sample) => check_target(&case, &sample),
+                // Between the polygon and the circle about it.
+                None => assert!(matches!(case.light, Light::Disk(_)), "{}: nothing at {u:?}", case.name),
+            }
         }
     }
 }
@@ -286,7 +313,10 @@ fn check_target(case: &Case, sample: &LightSample) {
             let slack = 1e-6 * coordinate * (b - a).length().max((c - a).length()) / (b - a).cross(c - a).length();
             let inside = x > -slack && y > -slack && x.max(y) < 1.0 + slack;
             let triangle = matches!(light, Light::Triangle(_));
-            assert!(inside && (!triangle || x + y < 1.0 + slack), "{name}: ({x}, {y}) is not on the light");
+            let disk = matches!(light, Light::Disk(_));
+            let from_middle = (2.0 * x - 1.0).hypot(2.0 * y - 1.0);
+            let within = (!triangle || x + y < 1.0 + slack) && (!disk || from_middle < 1.0 + slack);
+            assert!(inside && within, "{name}: ({x}, {y}) is not on the light");
         }
     }
 }

@@ -74,6 +74,12 @@ pub fn closed_form(light: &Light, point: Vec3, normal: DVec3) -> f64 {
             let seen = r.two_sided || u.cross(v).dot(at - a) > 0.0;
             if seen { radiance * polygon(&[a, a + u, a + u + v, a + v], at, normal) } else { 0.0 }
         }
+        Light::Disk(d) => {
+            let (center, normal_of) = (d.outline.center(), d.outline.normal());
+            let seen = d.two_sided || normal_of.dot(at - center) > 0.0;
+            let rim: Vec<DVec3> = d.outline.rim().collect();
+            if seen { radiance * polygon(&rim, at, normal) } else { 0.0 }
+        }
         Light::Sphere(s) => {
             let [x, y, z] = s.axes.map(double);
             let from = DMat3::from_cols(x, y, z).inverse() * (at - double(s.center));

@@ -3,8 +3,8 @@
 use super::{cases, double, samples};
 use etendue::{
     light::{
-        ConstantEnvironment, DirectionalLight, ImageEnvironment, Light, LightContext, PointLightSource, RadianceMap,
-        RectangleLight, SphereLight, SpotLight, SunSky, TriangleLight,
+        ConstantEnvironment, DirectionalLight, DiskLight, ImageEnvironment, Light, LightContext, PointLightSource,
+        RadianceMap, RectangleLight, RoundOutline, SphereLight, SpotLight, SunSky, TriangleLight,
     },
     math::{DMat3, DVec3, Vec3},
     spectrum::Spectrum,
@@ -54,7 +54,7 @@ fn ugly_light(rng: &mut Rng) -> Light {
     let radiance = Spectrum::ONE;
     let two_sided = one_in(2, rng);
     let [a, b, c, d] = [(); 4].map(|()| ugly_vector(rng));
-    match rng.u32() % 9 {
+    match rng.u32() % 10 {
         0 => Light::Triangle(TriangleLight { vertices: [a, b, c], radiance, two_sided }),
         1 => Light::Rectangle(RectangleLight { corner: a, u: b, v: c, radiance, two_sided }),
         2 => Light::Sphere(SphereLight { center: a, axes: [b, c, d], radiance, two_sided }),
@@ -70,7 +70,26 @@ fn ugly_light(rng: &mut Rng) -> Light {
         }
         6 => ugly_image(rng),
         7 => ugly_sun(rng),
+        8 => ugly_disk(rng, two_sided),
         _ => Light::Environment(ConstantEnvironment { radiance }),
+    }
+}
+
+/// A regular polygon, or what is left of one.
+fn ugly_disk(rng: &mut Rng, two_sided: bool) -> Light {
+    let normal = DVec3::from(rng.direction());
+    let x = normal.any_orthonormal_vector();
+    let y = normal.cross(x);
+    let (center, radius) = (ugly_vector(rng).as_dvec3(), f64::from(ugly_number(rng)));
+    let count = 8 + rng.u32() % 60;
+    let corner = |i: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(count)).sin_cos();
+        center + (x * cos + y * sin) * radius
+    };
+    let rim: Vec<DVec3> = (0..count).map(corner).collect();
+    match RoundOutline::new(&rim) {
+        Some(outline) => Light::Disk(Arc::new(DiskLight { outline, radiance: Spectrum::ONE, two_sided })),
+        None => Light::Environment(ConstantEnvironment { radiance: Spectrum::ONE }),
     }
 }
 
@@ -95,6 +114,11 @@ fn ugly_context(rng: &mut Rng, light: &Light) -> LightContext {
     let on_light = match light {
         Light::Triangle(t) => [t.vertices[0], (t.vertices[0] + t.vertices[1]) * 0.5, t.vertices[2]],
         Light::Rectangle(r) => [r.corner, r.corner + r.u * 0.5 + r.v * 0.5, r.corner + r.v],
+        Light::Disk(d) => {
+            let (center, radius) = (d.outline.center(), d.outline.radius());
+            let x = d.outline.normal().any_orthonormal_vector();
+            [center, center + x * radius, center - x * (0.5 * radius)].map(|p| p.as_vec3())
+        }
         Light::Sphere(s) => [s.center, s.center + s.axes[0], s.center - s.axes[1]],
         Light::Point(p) => [p.position; 3],
         Light::Spot(s) => [s.position; 3],
@@ -150,6 +174,12 @@ fn contexts_on_the_light_gather_nothing() {
             let (a, b, c) = match light {
                 Light::Triangle(t) => (t.vertices[0], t.vertices[1], t.vertices[2]),
                 Light::Rectangle(r) => (r.corner, r.corner + r.u, r.corner + r.v),
+                Light::Disk(ref d) => {
+                    let x = d.outline.normal().any_orthonormal_vector() * d.outline.radius();
+                    let [a, b, c] = [DVec3::ZERO, x, d.outline.normal().cross(x)];
+                    let at = |p: DVec3| (d.outline.center() + p).as_vec3();
+                    (at(a), at(b), at(c))
+                }
                 _ => unreachable!("flat lights only"),
             };
             for point in [a, b, c, (a + b) * 0.5, (a + b + c) / 3.0, a + (a - b), b * 3.0 - c - a] {

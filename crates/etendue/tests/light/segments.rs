@@ -27,6 +27,12 @@ fn geometry(light: &Light) -> Option<(Geometry, Option<Transform>)> {
             let corners = [r.corner, r.corner + r.u, r.corner + r.u + r.v, r.corner + r.v];
             Some((triangles(&corners.map(|v| v.to_array()), &[[0, 1, 2], [0, 2, 3]]), None))
         }
+        Light::Disk(d) => {
+            let positions: Vec<[f32; 3]> =
+                d.outline.rim().step_by(250).map(|corner| corner.as_vec3().to_array()).collect();
+            let faces: Vec<[u32; 3]> = (2..positions.len() as u32).map(|i| [0, i - 1, i]).collect();
+            Some((triangles(&positions, &faces), None))
+        }
         Light::Sphere(s) => {
             let [x, y, z] = s.axes;
             let row = |i: usize| [x[i], y[i], z[i], s.center[i]];

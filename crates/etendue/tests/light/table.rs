@@ -9,15 +9,15 @@ use super::{
 use etendue::{
     bsdf::Density,
     light::{
-        ConstantEnvironment, DirectionalLight, Light, LightContext, LightTable, LightTableError, PointLightSource,
-        RectangleLight, SphereLight, TriangleLight,
+        ConstantEnvironment, DirectionalLight, DiskLight, Light, LightContext, LightTable, LightTableError,
+        PointLightSource, RectangleLight, RoundOutline, Selected, SphereLight, TriangleLight,
     },
     math::{DVec3, Vec3},
     medium::Segment,
     spectrum::Spectrum,
 };
 use etendue_testkit::{Moments, Rng, chi2::ChiSquare};
-use std::f64::consts::PI;
+use std::{f64::consts::PI, sync::Arc};
 
 fn direction(rng: &mut Rng) -> DVec3 {
     DVec3::from(rng.direction())
@@ -29,15 +29,28 @@ fn small_triangle(rng: &mut Rng) -> Light {
     Light::Triangle(TriangleLight { vertices, radiance: RADIANCE, two_sided: rng.f64() < 0.5 })
 }
 
+fn small_disk(rng: &mut Rng) -> Light {
+    let (center, normal) = (direction(rng) * rng.range(1.0, 4.0), direction(rng));
+    let x = normal.any_orthonormal_vector();
+    let (y, radius) = (normal.cross(x), rng.range(0.05, 0.4));
+    let corner = |i: u32| {
+        let (sin, cos) = (2.0 * PI * f64::from(i) / 2000.0).sin_cos();
+        center + (x * cos + y * sin) * radius
+    };
+    let outline = RoundOutline::new(&(0..2000).map(corner).collect::<Vec<_>>()).expect("is round");
+    Light::Disk(Arc::new(DiskLight { outline, radiance: RADIANCE, two_sided: rng.f64() < 0.5 }))
+}
+
 /// `n` lights of all kinds about the origin.
 fn crowd(n: usize, seed: u64) -> Vec<Light> {
     let mut rng = Rng::new(seed);
     let mut lights: Vec<Light> = (0..n)
         .map(|i| {
             let at = (direction(&mut rng) * rng.range(1.0, 4.0)).as_vec3();
-            match i % 4 {
+            match i % 5 {
                 0 => Light::Point(PointLightSource { position: at, intensity: RADIANCE * 0.1 }),
                 1 => Light::Sphere(SphereLight::round(at, 0.1 + 0.2 * rng.f32(), RADIANCE)),
+                2 => small_disk(&mut rng),
                 _ => small_triangle(&mut rng),
             }
         })
@@ -218,7 +231,7 @@ fn densities_include_the_choice() {
     let mut rng = Rng::new(1);
     for _ in 0..20_000 {
         let (select, u) = (rng.f64(), rng.f32x2());
-        let index = table.select(&ctx, select).unwrap().index;
+        let Some(Selected { index, .. }) = table.select(&ctx, select) else { continue };
         let Some(sample) = table.sample(&ctx, select, u) else { continue };
         let light = &table.lights()[index as usize];
         let distance = sample.target.map_or(f32::INFINITY, |t| t.distance(ctx.point));

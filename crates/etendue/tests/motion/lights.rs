@@ -25,7 +25,7 @@ fn room(parts: &mut Parts) {
     parts.rectangle(dvec3(-4.0, -1.0, -2.0), dvec3(8.0, 0.0, 0.0), dvec3(0.0, 6.0, 0.0), blue);
 }
 
-/// A plate that turns over, a ball that flies, and a mesh whose glow has a texture, all over moving bodies.
+/// A plate that turns over, a ball that flies, a disk that turns upright, and a mesh whose glow has a texture, all over moving bodies.
 fn lamps() -> (Scene, CameraSettings) {
     let mut parts = Parts::default();
     room(&mut parts);
@@ -36,6 +36,10 @@ fn lamps() -> (Scene, CameraSettings) {
     parts.place_moving(plate, DAffine3::IDENTITY, glow, between(Pose::IDENTITY, over));
     let ball_of_light = parts.shape(Shape::Sphere { center: dvec3(1.5, 0.0, 0.8), radius: 0.35 });
     parts.place_moving(ball_of_light, DAffine3::IDENTITY, lamp, straight(DVec3::ZERO, dvec3(-0.8, 1.6, -0.5)));
+    let round = parts.shape(round_sheet(16));
+    let to = DAffine3::from_translation(dvec3(1.2, 1.1, 0.2)) * DAffine3::from_scale(dvec3(0.3, -0.3, 1.0));
+    let upright = pose(DVec3::X, 1.5, dvec3(1.2, 1.1, 0.2), dvec3(0.1, -0.2, 0.3));
+    parts.place_moving(round, to, glow, between(Pose::IDENTITY, upright));
     let samples: Vec<f32> = (0..8 * 4).map(|i| (i % 5) as f32 * 0.5).collect();
     let image = TextureImage::new(8, 4, 1, Samples::F32(samples.into()), Transfer::Linear).expect("an image");
     let screen = parts.emitter([1.5; 3], true);
