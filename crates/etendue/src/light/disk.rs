@@ -15,7 +15,7 @@ use crate::{
 use std::f64::consts::PI;
 
 /// An emissive flat polygon that is nearly a disk, sampled as the disk about it: by projected solid angle where light is gathered on
-/// one side of a surface ([`ProjectedCone`]), else by solid angle to within a factor of two ([`EllipticCone`]). Points between the
+/// one side of a surface (`ProjectedCone`), else by solid angle to within a factor of two (`EllipticCone`). Points between the
 /// polygon and the circle count as no sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiskLight {

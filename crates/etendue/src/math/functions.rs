@@ -100,7 +100,7 @@ pub(crate) fn exp_wide(x: f64) -> f64 {
 /// Natural logarithm in f64 of a normal positive number; relative error below 1e-11. Infinity gives a finite number. Free of
 /// branches.
 #[inline(always)]
-pub(crate) fn ln_normal(x: f64) -> f64 {
+fn ln_normal(x: f64) -> f64 {
     // x = m 2^k with m in [sqrt(1/2), sqrt(2)).
     const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
     const BIAS: u64 = 1023;

@@ -107,7 +107,7 @@ pub fn ball(levels: u32) -> Shape {
 /// A polygon of `corners` in the plane z = 0, facing +z: triangles about its middle, with a rim of radius 1.
 pub fn round_sheet(corners: u32) -> Shape {
     let rim = |i: u32| {
-        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(corners)).sin_cos();
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(i) / f64::from(corners));
         [cos as f32, sin as f32, 0.0]
     };
     let positions = std::iter::once([0.0; 3]).chain((0..corners).map(rim)).collect();
@@ -117,8 +117,8 @@ pub fn round_sheet(corners: u32) -> Shape {
 /// A prism of `sides` about the z axis with round ends at -1 and 1, its inside being its front.
 pub fn drum(sides: u32) -> Shape {
     let corner = |i: u32| {
-        let (sin, cos) = (std::f64::consts::TAU * f64::from(i / 2) / f64::from(sides)).sin_cos();
-        [cos as f32, sin as f32, if i % 2 == 0 { -1.0 } else { 1.0 }]
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(i / 2) / f64::from(sides));
+        [cos as f32, sin as f32, if i.is_multiple_of(2) { -1.0 } else { 1.0 }]
     };
     let positions = [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]].into_iter().chain((0..2 * sides).map(corner)).collect();
     let faces = (0..sides).flat_map(|i| {
