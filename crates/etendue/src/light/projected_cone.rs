@@ -54,12 +54,16 @@ impl<'a> ProjectedCone<'a> {
     #[inline(always)]
     fn pair(&self, direction: DVec3) -> [f64; 2] {
         let (cosine, z) = (direction.dot(self.normal), direction.dot(self.cone.axis));
-        [larger(cosine, GRAZING), larger(2.0 * self.up * z - cosine, 0.0)]
+        [larger(cosine, GRAZING), larger(2.0 * self.up * z - cosine, GRAZING)]
     }
 
     /// Density per solid angle with which [`Self::sample`] draws a direction of the cone, above 0 also for one on the horizon.
     pub fn density(&self, direction: DVec3) -> f64 {
         let [a, b] = self.cone.half;
+        let [x, y] = self.cone.locate(direction);
+        if x * x + y * y < self.from {
+            return 0.0;
+        }
         let [own, opposite] = self.pair(direction);
         let z = larger(direction.dot(self.cone.axis), GRAZING);
         2.0 * z * own / ((own + opposite) * PI * a * b * (1.0 - self.from))
