@@ -82,3 +82,69 @@ impl<'a> ProjectedCone<'a> {
         if chance * (own + opposite) < 2.0 * own { direction } else { self.cone.direction(-x, -y, z) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::disallowed_methods)]
+
+    use super::*;
+    use crate::math::dvec3;
+
+    /// Cones over unit disks from near and far, and horizons that do not cut them, cut them above and below their middles, and hide
+    /// all but a bit.
+    fn scenes() -> impl Iterator<Item = (EllipticCone, DVec3)> {
+        let apexes = [[0.0, 0.7], [0.6, 0.004], [0.99, 0.004], [1.2, 0.1], [0.3, 40.0], [50.0, 0.5]];
+        apexes.into_iter().flat_map(|[aside, height]| {
+            let apex = dvec3(0.6 * aside, -0.8 * aside, height);
+            let cone = EllipticCone::of_disk(-apex, DVec3::Z, height, 1.0);
+            (0..300).map(move |i| {
+                let (tilt, turn) = (f64::from(i) * 1.3, f64::from(i) * 2.7);
+                // Horizons near the cone's axis first, then all.
+                let tilt = if i < 200 { 0.5 * PI + cone.half[1].asin() * tilt.sin() } else { tilt };
+                let normal =
+                    cone.axis * tilt.cos() + (cone.across[0] * turn.cos() + cone.across[1] * turn.sin()) * tilt.sin();
+                (cone, normal)
+            })
+        })
+    }
+
+    /// By the midpoint rule over what of the ellipse is drawn from.
+    #[test]
+    fn densities_are_normed() {
+        let mut seen = 0;
+        for (cone, normal) in scenes() {
+            let Some(projected) = ProjectedCone::new(&cone, normal) else { continue };
+            seen += 1;
+            let [a, b] = cone.half;
+            let side = 120;
+            let mut integral = 0.0;
+            for i in 0..side * side {
+                let [s, t] = [i % side, i / side].map(|k| (f64::from(k) + 0.5) / f64::from(side));
+                let r = (projected.from + (1.0 - projected.from) * s).sqrt();
+                let (sin, cos) = (TAU * t).sin_cos();
+                let (x, y) = (a * r * cos, b * r * sin);
+                let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+                integral += projected.density(cone.direction(x, y, z)) / z;
+            }
+            integral *= PI * a * b * (1.0 - projected.from) / f64::from(side * side);
+            assert!((integral - 1.0).abs() < 1e-9, "{cone:?} {normal}: {integral}");
+        }
+        assert!(seen > 1000, "{seen}");
+    }
+
+    /// Nothing above the horizon is nearer to the middle than what is drawn from.
+    #[test]
+    fn what_is_seen_is_drawn_from() {
+        for (cone, normal) in scenes() {
+            let least = ProjectedCone::new(&cone, normal).map_or(1.0 - LEAST_RANGE, |projected| projected.from);
+            let [a, b] = cone.half;
+            for i in 0..400 {
+                let (sin, cos) = (TAU * f64::from(i) / 400.0).sin_cos();
+                let r = least.sqrt() * (1.0 - 1e-9);
+                let (x, y) = (a * r * cos, b * r * sin);
+                let direction = cone.direction(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
+                assert!(least == 0.0 || direction.dot(normal) < 1e-9, "{cone:?} {normal} {i}");
+            }
+        }
+    }
+}
