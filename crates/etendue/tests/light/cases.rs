@@ -60,11 +60,15 @@ fn parallelogram(at: &Placement, u: DVec3, v: DVec3, two_sided: bool) -> Light {
 
 /// So many corners that in no test a sample falls between the polygon and the circle.
 fn disk(at: &Placement, two_sided: bool) -> Light {
+    nearly_disk(at, 20_000, two_sided)
+}
+
+fn nearly_disk(at: &Placement, corners: u32, two_sided: bool) -> Light {
     let corner = |i: u32| {
-        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 20_000.0).sin_cos();
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(corners)).sin_cos();
         at.rotation * dvec3(0.5 + 0.5 * cos, 0.3 + 0.5 * sin, 0.0) * at.scale + at.translation
     };
-    let rim: Vec<DVec3> = (0..20_000).map(corner).collect();
+    let rim: Vec<DVec3> = (0..corners).map(corner).collect();
     let outline = RoundOutline::new(&rim).expect("is round");
     Light::Disk(Arc::new(DiskLight { outline, radiance: RADIANCE, two_sided }))
 }
@@ -150,6 +154,21 @@ pub fn with_surface() -> Vec<Case> {
                 let name = format!("{name} from ({x}, {y}, {z}), {}", at.name);
                 cases.push(Case { name, light: light.clone(), ctx });
             }
+        }
+    }
+    cases
+}
+
+/// Polygons that count as disks, of which a part of the circle about them is not lit.
+pub fn coarse_disks() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (turn, at) in placements().into_iter().enumerate() {
+        for (i, &[x, y, z]) in BEFORE_FLAT.iter().enumerate() {
+            let (normal, transmits) = gathers()[(i + turn) % 4];
+            let ctx = LightContext { point: at.point(dvec3(x, y, z)), normal, transmits, time: 0.0 };
+            let corners = 8 + (i + turn) as u32 % 3;
+            let name = format!("{corners} corners from ({x}, {y}, {z}), {}", at.name);
+            cases.push(Case { name, light: nearly_disk(&at, corners, i % 2 == 0), ctx });
         }
     }
     cases

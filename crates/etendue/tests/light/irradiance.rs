@@ -132,7 +132,15 @@ pub fn assert_agrees(estimate: &Moments, reference: f64, scale: f64, tests: usiz
 
 #[test]
 fn irradiance_of_every_light_from_everywhere() {
-    let cases = cases::all();
+    assert_irradiances(&cases::all());
+}
+
+#[test]
+fn irradiance_of_polygons_that_are_nearly_disks() {
+    assert_irradiances(&cases::coarse_disks());
+}
+
+fn assert_irradiances(cases: &[Case]) {
     let tests = 2 * cases.len();
     for (i, Case { name, light, ctx }) in cases.iter().enumerate() {
         // A normal that sees all or most of the light, and one that it crosses the horizon of.

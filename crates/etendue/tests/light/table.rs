@@ -208,12 +208,22 @@ fn power_of_each_kind() {
     let pi = PI;
     let vertices = [Vec3::ZERO, Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)];
     let triangle = |two_sided| Light::Triangle(TriangleLight { vertices, radiance: RADIANCE, two_sided });
+    let rim = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(|i: f64| {
+        let (sin, cos) = (0.25 * PI * i).sin_cos();
+        DVec3::new(cos, sin, 5.0)
+    });
+    let octagon = |two_sided| {
+        let outline = RoundOutline::new(&rim).expect("is round");
+        Light::Disk(Arc::new(DiskLight { outline, radiance: RADIANCE, two_sided }))
+    };
     let sphere = Light::Sphere(SphereLight::round(Vec3::ONE, 2.0, RADIANCE));
     let point = Light::Point(PointLightSource { position: Vec3::ONE, intensity: RADIANCE });
     let environment = Light::Environment(ConstantEnvironment { radiance: RADIANCE });
     let expected = [
         (triangle(false), pi * 3.0),
         (triangle(true), pi * 6.0),
+        (octagon(false), pi * 2.0 * 2f64.sqrt()),
+        (octagon(true), pi * 4.0 * 2f64.sqrt()),
         (sphere, pi * 16.0 * pi),
         (point, 4.0 * pi),
         (environment, pi * 4.0 * pi * 9.0),
