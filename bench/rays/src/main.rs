@@ -146,7 +146,7 @@ fn measure_rays(options: &Options, report: &mut Report) -> Result<(), String> {
         let ours = options.accelerator(&mesh, 0)?;
         let theirs = library.scene(&mesh, Quality::Medium)?;
         let high = if options.high { Some(library.scene(&mesh, Quality::High)?) } else { None };
-        let pair = Pair { mesh: &mesh, ours: &ours, embree: &theirs };
+        let pair = Pair { ours: &ours, embree: &theirs };
         for set in Set::ALL.into_iter().filter(|set| wanted(&options.sets, set.name())) {
             let rays = Maker::new(&mesh, &ours, options.rays).make(set);
             let agreement =
@@ -213,7 +213,7 @@ fn measure_scaling(options: &Options, report: &mut Report) -> Result<(), String>
         let mesh = Mesh::knot(along, around);
         let ours = options.accelerator(&mesh, 0)?;
         let theirs = library.scene(&mesh, Quality::Medium)?;
-        let pair = Pair { mesh: &mesh, ours: &ours, embree: &theirs };
+        let pair = Pair { ours: &ours, embree: &theirs };
         let set = Set::Shuffled;
         let rays = Maker::new(&mesh, &ours, options.rays).make(set);
         report.set(&mesh, set.name(), rays.len(), trace::agreement(pair, &rays));

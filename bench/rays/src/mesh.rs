@@ -37,11 +37,8 @@ impl Mesh {
     }
 
     /// The normal of a face, not of unit length.
-    #[inline(always)]
     pub fn normal(&self, face: u32) -> [f32; 3] {
-        let [a, b, c] = self.indices[face as usize].map(|i| self.positions[i as usize]);
-        let (e, f) = (sub(b, a), sub(c, a));
-        [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]]
+        normal(&self.indices[face as usize].map(|i| self.positions[i as usize]))
     }
 
     /// Lowest and highest coordinates.
@@ -134,6 +131,13 @@ fn parse_ply(text: &str) -> Option<Arrays> {
     };
     let indices = lines.take(faces).map(face).collect::<Option<Vec<[u32; 3]>>>()?;
     (positions.len() == vertices && indices.len() == faces).then_some((positions, indices))
+}
+
+/// Of a face with these corners, not of unit length.
+#[inline(always)]
+pub fn normal(&[a, b, c]: &[[f32; 3]; 3]) -> [f32; 3] {
+    let (e, f) = (sub(b, a), sub(c, a));
+    [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]]
 }
 
 fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {

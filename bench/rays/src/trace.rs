@@ -4,7 +4,7 @@ use etendue_accel::{Accelerator, Hit, Ray};
 use std::cell::RefCell;
 
 use crate::embree::{Found, Rays, Scene};
-use crate::mesh::Mesh;
+use crate::mesh::normal;
 use crate::turns::{Clock, Contender, fill};
 
 /// Rays of a slice where nothing else is said.
@@ -23,7 +23,6 @@ pub const EMBREE: [&str; 3] = ["embree 1", "embree 8", "embree 16"];
 /// A mesh in both libraries.
 #[derive(Clone, Copy)]
 pub struct Pair<'a> {
-    pub mesh: &'a Mesh,
     pub ours: &'a Accelerator,
     pub embree: &'a Scene<'a>,
 }
@@ -33,29 +32,20 @@ impl Pair<'_> {
     fn closest(&self, rays: &[Ray], found: &mut [Found], slice: usize) {
         if slice == 1 {
             for (ray, found) in rays.iter().zip(found) {
-                let mut hit = [Hit::MISS];
-                self.ours.closest_hits(std::slice::from_ref(ray), &mut hit);
-                *found = self.found(&hit[0]);
+                let (mut hit, mut corners) = ([Hit::MISS], [NO_CORNERS]);
+                self.ours.closest_facets(std::slice::from_ref(ray), &mut hit, &mut corners);
+                *found = self::found(&hit[0], &corners[0]);
             }
             return;
         }
-        let mut hits = vec![Hit::MISS; slice];
+        let (mut hits, mut corners) = (vec![Hit::MISS; slice], vec![NO_CORNERS; slice]);
         for (rays, found) in rays.chunks(slice).zip(found.chunks_mut(slice)) {
-            let hits = &mut hits[..rays.len()];
-            self.ours.closest_hits(rays, hits);
-            for (hit, found) in hits.iter().zip(found) {
-                *found = self.found(hit);
+            let (hits, corners) = (&mut hits[..rays.len()], &mut corners[..rays.len()]);
+            self.ours.closest_facets(rays, hits, corners);
+            for ((hit, corners), found) in hits.iter().zip(&*corners).zip(found) {
+                *found = self::found(hit, corners);
             }
         }
-    }
-
-    #[inline(always)]
-    fn found(&self, hit: &Hit) -> Found {
-        if !hit.is_hit() {
-            return Found::MISS;
-        }
-        let Hit { t, u, v, id } = *hit;
-        Found { t, u, v, geometry: id.instance, primitive: id.primitive, normal: self.mesh.normal(id.primitive) }
     }
 
     fn any(&self, rays: &[Ray], occluded: &mut [bool], slice: usize) {
@@ -63,6 +53,17 @@ impl Pair<'_> {
             self.ours.any_hits(rays, occluded);
         }
     }
+}
+
+const NO_CORNERS: [[f32; 3]; 3] = [[0.0; 3]; 3];
+
+#[inline(always)]
+fn found(hit: &Hit, corners: &[[f32; 3]; 3]) -> Found {
+    if !hit.is_hit() {
+        return Found::MISS;
+    }
+    let Hit { t, u, v, id } = *hit;
+    Found { t, u, v, geometry: id.instance, primitive: id.primitive, normal: normal(corners) }
 }
 
 fn packets<const N: usize>(rays: &[Ray]) -> Vec<Rays<N>> {

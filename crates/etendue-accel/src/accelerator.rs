@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use crate::bounds::Bounds;
 use crate::brute;
+use crate::bvh::node::{LANES, Pack};
 use crate::bvh::{self, Bvh};
 use crate::error::BuildError;
 use crate::flat::{self, Flat};
@@ -13,6 +14,8 @@ use crate::isa::{Isa, Kernel, dispatch, run};
 use crate::items;
 use crate::kd::{self, KdTree};
 use crate::ray::{Hit, Ray};
+use crate::search::Found;
+use crate::source::Source;
 use crate::threads;
 
 /// How the kd-tree chooses its planes.
@@ -173,7 +176,33 @@ impl Accelerator {
     /// If the slices differ in length.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
-        self.trace::<false>(rays, |index, hit| hits[index] = hit);
+        self.trace::<false>(rays, |index, found| hits[index] = found.hit);
+    }
+
+    /// As [`Self::closest_hits`], with the corners of the triangles that are hit, in the space of their geometry: the very numbers of
+    /// its mesh, mostly from memory that the search has just read. Zeros for spheres and misses.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_facets(&self, rays: &[Ray], hits: &mut [Hit], corners: &mut [[[f32; 3]; 3]]) {
+        assert!(rays.len() == hits.len() && rays.len() == corners.len(), "as many hits and facets as rays");
+        self.trace::<false>(rays, |index, found| {
+            (hits[index], corners[index]) = (found.hit, self.corners(&found));
+        });
+    }
+
+    #[inline(always)]
+    fn corners(&self, found: &Found) -> [[f32; 3]; 3] {
+        let packs: &[Pack] = match &self.structure {
+            Structure::Bvh(bvh) => bvh.all_packs(),
+            Structure::KdTree(tree) => tree.all_packs(),
+            Structure::Brute | Structure::Flat(_) => &[],
+        };
+        match packs.get(found.place as usize / LANES) {
+            Some(pack) => pack.get(found.place as usize % LANES),
+            None if found.hit.is_hit() => Source::Top(&self.world).triangle(found.hit.id).unwrap_or_default(),
+            None => Default::default(),
+        }
     }
 
     /// For each ray, whether anything is hit: the same as `is_hit` of the closest hit, but faster.
@@ -182,10 +211,10 @@ impl Accelerator {
     /// If the slices differ in length.
     pub fn any_hits(&self, rays: &[Ray], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "as many results as rays");
-        self.trace::<true>(rays, |index, hit| occluded[index] = hit.is_hit());
+        self.trace::<true>(rays, |index, found| occluded[index] = found.hit.is_hit());
     }
 
-    fn trace<const ANY: bool>(&self, rays: &[Ray], finish: impl FnMut(usize, Hit)) {
+    fn trace<const ANY: bool>(&self, rays: &[Ray], finish: impl FnMut(usize, Found)) {
         let world = &self.world;
         match &self.structure {
             Structure::Brute => run(self.isa, BruteTrace::<_, ANY> { world, rays, finish }),
@@ -226,14 +255,14 @@ struct BruteTrace<'a, F, const ANY: bool> {
     finish: F,
 }
 
-impl<F: FnMut(usize, Hit), const ANY: bool> Kernel for BruteTrace<'_, F, ANY> {
+impl<F: FnMut(usize, Found), const ANY: bool> Kernel for BruteTrace<'_, F, ANY> {
     type Output = ();
 
     #[inline(always)]
     fn run(mut self) {
         for (index, ray) in self.rays.iter().enumerate() {
-            let hit = brute::search::<ANY>(self.world, ray).map_or(Hit::MISS, |search| search.hit());
-            (self.finish)(index, hit);
+            let found = brute::search::<ANY>(self.world, ray).map_or(Found::MISS, |search| search.found());
+            (self.finish)(index, found);
         }
     }
 }

@@ -18,12 +18,43 @@ pub(crate) struct Search {
     skip: PrimitiveId,
     /// Until something is found, `t` is the end of the range and the id is `NONE`.
     pub best: Hit,
+    /// Where its triangle is, see [`Found`].
+    place: u32,
+}
+
+/// What a search has come to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Found {
+    pub hit: Hit,
+    /// The number of a pack times [`LANES`] and the lane of the triangle that is hit, or [`Found::NOWHERE`].
+    pub place: u32,
+}
+
+impl Found {
+    /// In no pack: a miss, a sphere, or where there are none.
+    pub const NOWHERE: u32 = u32::MAX;
+
+    /// Nothing.
+    pub const MISS: Self = Self { hit: Hit::MISS, place: Self::NOWHERE };
+
+    /// A hit in no pack.
+    #[inline(always)]
+    pub fn apart(hit: Hit) -> Self {
+        Self { hit, place: Self::NOWHERE }
+    }
 }
 
 impl Search {
     /// For nothing.
-    pub const NONE: Self =
-        Self { t_min: 0.0, t_max: 0.0, mask: 0, time: 0.0, skip: PrimitiveId::NONE, best: Hit::MISS };
+    pub const NONE: Self = Self {
+        t_min: 0.0,
+        t_max: 0.0,
+        mask: 0,
+        time: 0.0,
+        skip: PrimitiveId::NONE,
+        best: Hit::MISS,
+        place: Found::NOWHERE,
+    };
 
     /// The search and the ray in world space; `None` if the ray hits nothing by definition.
     #[inline(always)]
@@ -38,7 +69,15 @@ impl Search {
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         let best = Hit { t: ray.t_max, ..Hit::MISS };
-        Self { t_min: Self::first_t(ray), t_max: ray.t_max, mask: ray.mask, time: ray.time, skip: ray.skip, best }
+        Self {
+            t_min: Self::first_t(ray),
+            t_max: ray.t_max,
+            mask: ray.mask,
+            time: ray.time,
+            skip: ray.skip,
+            best,
+            place: Found::NOWHERE,
+        }
     }
 
     /// Where a ray's range begins.
@@ -55,27 +94,34 @@ impl Search {
 
     /// The result.
     #[inline(always)]
-    pub fn hit(&self) -> Hit {
-        if self.best.is_hit() { self.best } else { Hit::MISS }
+    pub fn found(&self) -> Found {
+        let hit = if self.best.is_hit() { self.best } else { Hit::MISS };
+        Found { hit, place: self.place }
+    }
+
+    /// Takes something better.
+    #[inline(always)]
+    pub fn take(&mut self, found: Found) {
+        (self.best, self.place) = (found.hit, found.place);
     }
 
     /// Tests a triangle. True if it is the best so far.
     #[inline(always)]
     pub fn triangle(&mut self, ray: &LocalRay, vertices: &[[f32; 3]; 3], id: PrimitiveId) -> bool {
         match triangle::intersect(ray, vertices, (self.t_min, self.best.t)) {
-            Some((t, edges)) => self.crossing(t, edges, id),
+            Some((t, edges)) => self.crossing(t, edges, id, Found::NOWHERE),
             None => false,
         }
     }
 
-    /// Takes a triangle that the exact test has decided, NaN for a miss. True if it is the best so far.
+    /// Takes a triangle at a place that the exact test has decided, NaN for a miss. True if it is the best so far.
     #[inline(always)]
-    pub fn crossing(&mut self, t: f32, edges: [f64; 3], id: PrimitiveId) -> bool {
+    pub fn crossing(&mut self, t: f32, edges: [f64; 3], id: PrimitiveId, place: u32) -> bool {
         if !(self.is_better(t, id) && id != self.skip) {
             return false;
         }
         let [u, v] = triangle::weights(edges);
-        self.best = Hit { t, u, v, id };
+        self.take(Found { hit: Hit { t, u, v, id }, place });
         true
     }
 
@@ -85,12 +131,12 @@ impl Search {
         if self.skip.instance == instance { self.skip.primitive } else { u32::MAX }
     }
 
-    /// Takes the triangles of a pack that have a bit, which the exact test has decided, where a lane gives an instance. True if
+    /// Takes the triangles of a numbered pack that have a bit, which the exact test has decided, where a lane gives an instance. True if
     /// any is the best so far.
     #[inline(always)]
     pub fn pack(
         &mut self,
-        pack: &Pack,
+        (index, pack): (usize, &Pack),
         (mut candidates, crossings): (u32, &Crossings<LANES>),
         instance_of: impl Fn(&Self, usize) -> Option<u32>,
     ) -> bool {
@@ -101,7 +147,8 @@ impl Search {
             if let Some(instance) = instance_of(self, lane) {
                 let id = PrimitiveId { instance, primitive: pack.primitive[lane] };
                 let [v, w, det] = &crossings.edges;
-                found |= self.crossing(crossings.t[lane], [v[lane], w[lane], det[lane]], id);
+                let place = (index * LANES + lane) as u32;
+                found |= self.crossing(crossings.t[lane], [v[lane], w[lane], det[lane]], id, place);
             }
         }
         found
@@ -122,7 +169,7 @@ impl Search {
     fn offer(&mut self, hit: Hit) -> bool {
         let better = self.is_better(hit.t, hit.id);
         if better {
-            self.best = hit;
+            self.take(Found::apart(hit));
         }
         better
     }
@@ -155,7 +202,7 @@ mod tests {
             for i in 0..4 {
                 search.triangle(&local, &face, ids[(i + rotation) % 4]);
             }
-            assert_eq!(search.hit().id, id(0, 7));
+            assert_eq!(search.found().hit.id, id(0, 7));
         }
     }
 
@@ -186,7 +233,7 @@ mod tests {
         let ball = Sphere { center: [0.0; 3], radius: 1.0 };
         let try_ray = |origin, direction, skip| {
             let (mut search, local) = Search::start(&Ray { skip, ..ray(origin, direction) }).unwrap();
-            search.sphere(&local, &ball, id(3, 4)).then(|| search.hit().t)
+            search.sphere(&local, &ball, id(3, 4)).then(|| search.found().hit.t)
         };
         let on_top = [0.0, 0.0, 1.000001];
         assert_eq!(try_ray(on_top, [0.0, 0.0, 1.0], id(3, 4)), None);

@@ -158,6 +158,17 @@ fn bits(hit: &Hit) -> [u32; 5] {
     [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.id.instance, hit.id.primitive]
 }
 
+/// What [`Accelerator::closest_facets`] is to give beside a hit.
+fn facet(world: &World, hit: &Hit) -> [[f32; 3]; 3] {
+    let instance = world.instances.get(hit.id.instance as usize);
+    match instance.map(|instance| &world.geometries[instance.geometry as usize]) {
+        Some(Geometry::Triangles(mesh)) => {
+            mesh.indices[hit.id.primitive as usize].map(|corner| mesh.positions[corner as usize])
+        }
+        _ => [[0.0; 3]; 3],
+    }
+}
+
 /// Compares everything on random rays; gives how many hit.
 fn compare(name: &str, world: &World, count: usize, seed: u64) -> usize {
     let targets = Targets::of(world);
@@ -167,6 +178,7 @@ fn compare(name: &str, world: &World, count: usize, seed: u64) -> usize {
     let mut found = 0;
     let mut rays: Vec<Ray> = Vec::new();
     let (mut expected, mut hits, mut occluded) = (Vec::new(), Vec::new(), Vec::new());
+    let mut facets = Vec::new();
     let mut left = count;
     while left > 0 {
         let slice = left.min(SLICE);
@@ -205,6 +217,14 @@ fn compare(name: &str, world: &World, count: usize, seed: u64) -> usize {
             for ((ray, expected), hit) in expected.iter().zip(&hits) {
                 assert_eq!(bits(expected), bits(hit), "{name}, {kind}: {expected:?} {hit:?} {ray:?}");
             }
+            hits.fill(Hit { t: -1.0, ..Hit::MISS });
+            facets.clear();
+            facets.resize(slice, [[f32::NAN; 3]; 3]);
+            accelerator.closest_facets(&rays, &mut hits, &mut facets);
+            for (((ray, expected), hit), corners) in expected.iter().zip(&hits).zip(&facets) {
+                assert_eq!(bits(expected), bits(hit), "{name}, {kind}, with facets: {expected:?} {hit:?} {ray:?}");
+                assert_eq!(facet(world, hit), *corners, "{name}, {kind}: facet of {hit:?} {ray:?}");
+            }
             occluded.clear();
             occluded.resize(slice, false);
             accelerator.any_hits(&rays, &mut occluded);
@@ -212,7 +232,7 @@ fn compare(name: &str, world: &World, count: usize, seed: u64) -> usize {
                 assert_eq!(expected.is_hit(), any, "{name}, {kind}, any hit: {expected:?} {ray:?}");
             }
             if kind.starts_with("bvh") {
-                compare_few(&format!("{name}, {kind}"), accelerator, &rays, &expected);
+                compare_few(&format!("{name}, {kind}"), (world, accelerator), &rays, &expected);
             }
         }
     }
@@ -220,11 +240,16 @@ fn compare(name: &str, world: &World, count: usize, seed: u64) -> usize {
 }
 
 /// The same rays, few a call.
-fn compare_few(name: &str, accelerator: &Accelerator, rays: &[Ray], expected: &[(Ray, Hit)]) {
+fn compare_few(name: &str, (world, accelerator): (&World, &Accelerator), rays: &[Ray], expected: &[(Ray, Hit)]) {
     let (mut start, mut sizes) = (0, [1, 2, 3, 7, 8, 15, 16].into_iter().cycle());
     while let Some(size) = sizes.next().filter(|_| start < rays.len()) {
         let end = rays.len().min(start + size);
         let (mut hits, mut occluded) = ([Hit { t: -1.0, ..Hit::MISS }; 16], [false; 16]);
+        let mut facets = [[[f32::NAN; 3]; 3]; 16];
+        accelerator.closest_facets(&rays[start..end], &mut hits[..end - start], &mut facets[..end - start]);
+        for (hit, corners) in hits[..end - start].iter().zip(&facets) {
+            assert_eq!(facet(world, hit), *corners, "{name}, {size} a call: {hit:?}");
+        }
         accelerator.closest_hits(&rays[start..end], &mut hits[..end - start]);
         accelerator.any_hits(&rays[start..end], &mut occluded[..end - start]);
         for (((ray, expected), hit), any) in expected[start..end].iter().zip(&hits).zip(occluded) {

@@ -9,8 +9,8 @@ use super::traverse::{END, KEPT, LEAVE, Local, NO_INSTANCE, Open, Places, Scene}
 use crate::geometry::World;
 use crate::isa::{Isa, SimdKernel, dispatch};
 use crate::local_ray::LocalRay;
-use crate::ray::{Hit, Ray};
-use crate::search::Search;
+use crate::ray::Ray;
+use crate::search::{Found, Search};
 use crate::simd::Simd;
 use crate::triangle::decide;
 
@@ -46,7 +46,7 @@ pub(crate) fn few<const ANY: bool>(
     isa: Isa,
     (world, bvh): (&World, &Bvh),
     rays: &[Ray],
-    finish: impl FnMut(usize, Hit),
+    finish: impl FnMut(usize, Found),
 ) {
     let scene = Scene { world, bvh };
     match bvh.cached {
@@ -62,7 +62,7 @@ struct Alone<'a, F, const ANY: bool, const CACHED: bool> {
     finish: F,
 }
 
-impl<F: FnMut(usize, Hit), const ANY: bool, const CACHED: bool> SimdKernel for Alone<'_, F, ANY, CACHED> {
+impl<F: FnMut(usize, Found), const ANY: bool, const CACHED: bool> SimdKernel for Alone<'_, F, ANY, CACHED> {
     type Output = ();
 
     #[inline(always)]
@@ -72,8 +72,8 @@ impl<F: FnMut(usize, Hit), const ANY: bool, const CACHED: bool> SimdKernel for A
             // SAFETY: the stack is this thread's, and nothing else has it while a ray is traced, which calls nothing that could.
             let stack = unsafe { &mut *stack };
             let open = Open::new(&mut stack.entries, &mut stack.words);
-            let hit = trace::<S, ANY, CACHED>(simd, &self.scene, ray, open);
-            (self.finish)(index, hit);
+            let found = trace::<S, ANY, CACHED>(simd, &self.scene, ray, open);
+            (self.finish)(index, found);
         }
     }
 }
@@ -104,9 +104,9 @@ fn trace<S: Simd, const ANY: bool, const CACHED: bool>(
     scene: &Scene<'_>,
     ray: &Ray,
     mut stack: Open<'_>,
-) -> Hit {
+) -> Found {
     let mut search = Search::new(ray);
-    let Some(root) = scene.bvh.top.word.filter(|_| search.t_min < ray.t_max) else { return Hit::MISS };
+    let Some(root) = scene.bvh.top.word.filter(|_| search.t_min < ray.t_max) else { return Found::MISS };
     let nodes = &scene.bvh.arrays.nodes[..];
     let places = Places::new(scene);
     let mut level = Level::world(scene.bvh, &search);
@@ -117,7 +117,7 @@ fn trace<S: Simd, const ANY: bool, const CACHED: bool>(
             None => simd.aim(ray, &scene.bvh.top.padding),
             Some(local) => Some(simd.aim_inside(&local.ray, &local.slab)),
         };
-        let Some(aim) = aim else { return Hit::MISS };
+        let Some(aim) = aim else { return Found::MISS };
         loop {
             let slabs = simd.slabs(&aim);
             while Child::is_node(word) {
@@ -133,12 +133,12 @@ fn trace<S: Simd, const ANY: bool, const CACHED: bool>(
             if Child::is_packs(word) {
                 if packs::<S, ANY>(simd, scene, word, (&aim, &level), &mut search) {
                     if ANY {
-                        return search.hit();
+                        return search.found();
                     }
                     len = stack.cull(simd, 0, len, search.best.t);
                 }
             } else if word == END {
-                return search.hit();
+                return search.found();
             } else if word == LEAVE {
                 level = Level::world(scene.bvh, &search);
                 len -= 1;
@@ -146,15 +146,15 @@ fn trace<S: Simd, const ANY: bool, const CACHED: bool>(
                 break;
             } else {
                 match simd.apart(Aside::<ANY> { scene, word, ray, level, search }) {
-                    Found::Nothing => {}
-                    Found::Better(best) => {
-                        search.best = best;
+                    Beside::Nothing => {}
+                    Beside::Better(found) => {
+                        search.take(found);
                         if ANY {
-                            return best;
+                            return found;
                         }
                         len = stack.cull(simd, 0, len, search.best.t);
                     }
-                    Found::Inside(inside, root) => {
+                    Beside::Inside(inside, root) => {
                         stack.put(len, LEAVE);
                         len += 1;
                         (level, word) = (inside, root);
@@ -209,30 +209,30 @@ struct Aside<'a, const ANY: bool> {
 }
 
 /// What has come of it.
-enum Found {
+enum Beside {
     Nothing,
     /// A better hit.
-    Better(Hit),
+    Better(Found),
     /// An instance was entered, where a word is the first.
     Inside(Level, u32),
 }
 
 impl<const ANY: bool> SimdKernel for Aside<'_, ANY> {
-    type Output = Found;
+    type Output = Beside;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> Found {
+    fn run<S: Simd>(self, simd: S) -> Beside {
         let Self { scene, word, ray, level, mut search } = self;
         let local = level.inside.map(|local| local.ray).or_else(|| LocalRay::new(ray.origin, ray.direction));
-        let Some(local) = local else { return Found::Nothing };
+        let Some(local) = local else { return Beside::Nothing };
         match Child::of(word) {
-            Child::Instance(index) => scene.enter(index, &local, &search).map_or(Found::Nothing, |(local, root)| {
+            Child::Instance(index) => scene.enter(index, &local, &search).map_or(Beside::Nothing, |(local, root)| {
                 let skip = search.skipped_of(local.instance);
-                Found::Inside(Level { instance: local.instance, inside: Some(local), skip }, root)
+                Beside::Inside(Level { instance: local.instance, inside: Some(local), skip }, root)
             }),
             leaf => match scene.leaf::<S, ANY>(simd, leaf, (&local, level.instance), &mut search) {
-                true => Found::Better(search.best),
-                false => Found::Nothing,
+                true => Beside::Better(search.found()),
+                false => Beside::Nothing,
             },
         }
     }
@@ -241,7 +241,7 @@ impl<const ANY: bool> SimdKernel for Aside<'_, ANY> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Accelerator, AcceleratorKind, Geometry, Instance, Place, PrimitiveId, TriangleMesh};
+    use crate::{Accelerator, AcceleratorKind, Geometry, Hit, Instance, Place, PrimitiveId, TriangleMesh};
 
     /// A way down that the stack has no room for is not one of ours.
     #[test]
@@ -266,7 +266,7 @@ mod tests {
             let ray = [Ray { origin, direction, t_min, t_max, time: 0.0, mask: 1, skip }];
             let mut alone = [Hit::MISS];
             built.closest_hits(&ray, &mut alone);
-            let finish = |_, hit| deep.push(hit);
+            let finish = |_, found: Found| deep.push(found.hit);
             dispatch(Isa::detect(), crate::bvh::Trace::<_, false> { world: &world, bvh: &bvh, rays: &ray, finish });
             assert_eq!(deep.pop(), Some(alone[0]));
             hits += u32::from(alone[0].is_hit());

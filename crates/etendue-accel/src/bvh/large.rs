@@ -14,6 +14,7 @@ use crate::geometry::World;
 use crate::isa::Isa;
 use crate::items::{Item, ItemKind, bounds_of};
 use crate::ray::{Hit, Ray};
+use crate::search::Found;
 use crate::simd::Simd;
 use crate::source::Source;
 
@@ -76,7 +77,7 @@ pub(super) struct Remains {
     /// Rays that go on, up to what they have hit.
     pub rays: Vec<Ray>,
     /// The index of each, and what it has hit.
-    pub found: Vec<(u32, Hit)>,
+    pub found: Vec<(u32, Found)>,
 }
 
 impl Remains {
@@ -87,7 +88,7 @@ impl Remains {
         simd: S,
         (scene, large): (&Scene<'_>, &Large),
         rays: &[Ray],
-        finish: &mut impl FnMut(usize, Hit),
+        finish: &mut impl FnMut(usize, Found),
     ) {
         let Self { rays: remaining, found } = self;
         remaining.clear();
@@ -95,24 +96,25 @@ impl Remains {
         let beyond = Some(Beyond { boxes: &large.boxes, padding: scene.bvh.top.padding });
         let finish = |index: usize, hit: Hit, enters: bool| {
             if !enters || ANY && hit.is_hit() {
-                finish(index, hit);
+                finish(index, Found::apart(hit));
                 return;
             }
             let ray = rays[index];
             // Up to the hit and no further: what is equally far may have a smaller id.
             let t_max = if hit.is_hit() { hit.t.next_up() } else { ray.t_max };
             remaining.push(Ray { t_max, ..ray });
-            found.push((index as u32, hit));
+            found.push((index as u32, Found::apart(hit)));
         };
         Flight::<_, ANY> { flat: &large.flat, rays, beyond, finish }.run(simd);
     }
 
     /// The index and the best hit of the ray at a place among the remaining ones, of which the tree has found another.
     #[inline(always)]
-    pub fn best(&self, place: usize, other: Hit) -> (usize, Hit) {
-        let (index, hit) = self.found[place];
-        let is_nearer = other.t < hit.t || (other.t == hit.t && other.id < hit.id);
-        (index as usize, if is_nearer { other } else { hit })
+    pub fn best(&self, place: usize, other: Found) -> (usize, Found) {
+        let (index, found) = self.found[place];
+        let (this, that) = (&found.hit, &other.hit);
+        let is_nearer = that.t < this.t || (that.t == this.t && that.id < this.id);
+        (index as usize, if is_nearer { other } else { found })
     }
 }
 

@@ -93,6 +93,10 @@ impl Bvh {
         self.top.bounds
     }
 
+    pub fn all_packs(&self) -> &[Pack] {
+        &self.arrays.packs
+    }
+
     pub fn nodes(&self) -> usize {
         self.arrays.nodes.len()
     }

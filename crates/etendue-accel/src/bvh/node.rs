@@ -199,6 +199,12 @@ impl Pack {
         self.primitive[lane] = primitive;
     }
 
+    /// The corners of the triangle in a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> [[f32; 3]; 3] {
+        self.corners.map(|corner| corner.map(|axis| axis[lane]))
+    }
+
     /// The sheared corners.
     #[inline(always)]
     pub fn sheared(&self, ray: &LocalRay) -> [[[f32; LANES]; 3]; 3] {

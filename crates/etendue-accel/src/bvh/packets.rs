@@ -5,8 +5,8 @@
 use super::beam::{BEAM, Beam, HEADINGS, Lanes, heading, in_order};
 use super::node::{Child, LANES, Pack, WIDTH};
 use super::traverse::{Places, Scene};
-use crate::ray::{Hit, PrimitiveId, Ray};
-use crate::search::Search;
+use crate::ray::{PrimitiveId, Ray};
+use crate::search::{Found, Search};
 use crate::simd::Simd;
 use crate::triangle::decide;
 
@@ -150,7 +150,7 @@ pub(super) fn beams<S: Simd, const ANY: bool>(
     rays: &[Ray],
     stack: &mut BeamStack,
     rest: &mut Rest,
-    finish: &mut impl FnMut(usize, Hit),
+    finish: &mut impl FnMut(usize, Found),
 ) {
     let Rest { others, leavers } = rest;
     others.clear();
@@ -168,7 +168,7 @@ pub(super) fn beams<S: Simd, const ANY: bool>(
             continue;
         }
         let Some(heading) = heading(ray) else {
-            finish(index, Hit::MISS);
+            finish(index, Found::MISS);
             continue;
         };
         let (group, len) = &mut groups[heading % HEADINGS];
@@ -189,7 +189,7 @@ pub(super) fn beams<S: Simd, const ANY: bool>(
         let (left, pays) = trace::<S, ANY>(simd, scene, &mut beam, (group, &mut searches), stack, leavers);
         for (lane, (&index, search)) in group.iter().zip(&searches).enumerate() {
             if left >> lane & 1 == 0 {
-                finish(index as usize, search.hit());
+                finish(index as usize, search.found());
             }
         }
         if pays {
@@ -304,6 +304,7 @@ fn pack<S: Simd, const ANY: bool>(
         }
         let instance = scene.bvh.arrays.owners.of(index, place);
         let id = PrimitiveId { instance, primitive: pack.primitive[place] };
+        let at = (index * LANES + place) as u32;
         for half in 0..2 {
             let mut candidates = candidates >> (8 * half) & 255;
             if candidates == 0 {
@@ -321,7 +322,7 @@ fn pack<S: Simd, const ANY: bool>(
                 let search = &mut searches[lane];
                 if scene.is_seen(instance, search) {
                     let [v, w, det] = &crossings.edges;
-                    let found = search.crossing(crossings.t[i], [v[i], w[i], det[i]], id);
+                    let found = search.crossing(crossings.t[i], [v[i], w[i], det[i]], id, at);
                     beam.take::<ANY>(lane, search, found);
                 }
             }

@@ -10,8 +10,8 @@ use super::ready::Queue;
 use super::traverse::{END, LEAVE, Local, NO_INSTANCE, Open, Places, Scene};
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
-use crate::ray::{Hit, Ray};
-use crate::search::Search;
+use crate::ray::Ray;
+use crate::search::{Found, Search};
 use crate::simd::Simd;
 
 /// Rays in flight: a power of two.
@@ -145,12 +145,12 @@ fn start(
     (rest, root): (&Rest, Option<u32>),
     slot: &mut Slot,
     stacks: &mut Open<'_>,
-    finish: &mut impl FnMut(usize, Hit),
+    finish: &mut impl FnMut(usize, Found),
 ) -> Option<u32> {
     while let Some(next) = queue.next() {
         let leaver = rest.leaver(next.number);
         let Some(root) = root.filter(|_| next.may_hit) else {
-            finish(next.index, leaver.map_or(Hit::MISS, |leaver| leaver.search.hit()));
+            finish(next.index, leaver.map_or(Found::MISS, |leaver| leaver.search.found()));
             continue;
         };
         // What only rays inside of instances need is left as it was.
@@ -177,7 +177,7 @@ pub(super) fn run<S: Simd, const ANY: bool>(
     scene: &Scene<'_>,
     (rays, rest): (&[Ray], &Rest),
     mut stacks: Open<'_>,
-    mut finish: impl FnMut(usize, Hit),
+    mut finish: impl FnMut(usize, Found),
 ) {
     let places = Places::new(scene);
     let mut slots: [Slot; SLOTS] = std::array::from_fn(|place| Slot::empty(place * scene.bvh.stack_len));
@@ -202,7 +202,7 @@ pub(super) fn run<S: Simd, const ANY: bool>(
                 let (place, word) = (visit.slot(), visit.word);
                 let slot = &mut slots[place];
                 let next = if word == END {
-                    finish(slot.index as usize, slot.search.hit());
+                    finish(slot.index as usize, slot.search.found());
                     let Some(word) = start(&mut queue, from, slot, &mut stacks, &mut finish) else { continue };
                     word
                 } else if word == LEAVE {

@@ -12,8 +12,8 @@ use crate::geometry::World;
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
-use crate::ray::{Hit, PrimitiveId, Ray};
-use crate::search::Search;
+use crate::ray::{PrimitiveId, Ray};
+use crate::search::{Found, Search};
 use crate::simd::{STACK_ROOM, Simd};
 use crate::triangle::{Crossings, decide};
 
@@ -131,7 +131,7 @@ pub(crate) struct Trace<'a, F, const ANY: bool> {
     pub finish: F,
 }
 
-impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
+impl<F: FnMut(usize, Found), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
     type Output = ();
 
     #[inline(always)]
@@ -141,7 +141,7 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
         let scene = Scene { world: self.world, bvh: self.bvh };
         stacks.grow(SLOTS, self.bvh.stack_len);
         for (number, rays) in self.rays.chunks(CHUNK).enumerate() {
-            let mut finish = |index, hit| (self.finish)(number * CHUNK + index, hit);
+            let mut finish = |index, found| (self.finish)(number * CHUNK + index, found);
             let rays = match &self.bvh.large {
                 Some(large) => {
                     remains.fill::<S, ANY>(simd, (&scene, large), rays, &mut finish);
@@ -149,9 +149,9 @@ impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
                 }
                 None => rays,
             };
-            let mut finish = |place, hit| {
-                let (index, hit) = if self.bvh.large.is_some() { remains.best(place, hit) } else { (place, hit) };
-                finish(index, hit);
+            let mut finish = |place, found| {
+                let (index, found) = if self.bvh.large.is_some() { remains.best(place, found) } else { (place, found) };
+                finish(index, found);
             };
             beams::<S, ANY>(simd, &scene, rays, beam_stack, rest, &mut finish);
             if !(rest.others.is_empty() && rest.leavers.is_empty()) {
@@ -298,7 +298,7 @@ impl Scene<'_> {
         within: u32,
         search: &mut Search,
     ) -> bool {
-        search.pack(pack, candidates, |search, lane| {
+        search.pack((index, pack), candidates, |search, lane| {
             if within != NO_INSTANCE {
                 return Some(within);
             }

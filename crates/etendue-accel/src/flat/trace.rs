@@ -9,6 +9,7 @@ use crate::bounds::{Bounds, greatest, least};
 use crate::isa::SimdKernel;
 use crate::padding::{FLATTEST, Padding};
 use crate::ray::{Hit, PrimitiveId, Ray};
+use crate::search::Found;
 use crate::simd::Simd;
 
 /// Searches a world that is nothing but a list for a slice of rays; `finish` gets the index of each ray and what was found.
@@ -18,12 +19,12 @@ pub(crate) struct Trace<'a, F, const ANY: bool> {
     pub finish: F,
 }
 
-impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
+impl<F: FnMut(usize, Found), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let finish = |index, hit, _enters| (self.finish)(index, hit);
+        let finish = |index, hit, _enters| (self.finish)(index, Found::apart(hit));
         Flight::<_, ANY> { flat: self.flat, rays: self.rays, beyond: None, finish }.run(simd);
     }
 }

@@ -11,6 +11,7 @@ mod traverse;
 
 use crate::accelerator::KdTreeSplit;
 use crate::bounds::Bounds;
+use crate::bvh::node::Pack;
 use crate::error::BuildError;
 use crate::geometry::World;
 use crate::items;
@@ -69,6 +70,10 @@ impl KdTree {
         self.top.bounds
     }
 
+    pub fn all_packs(&self) -> &[Pack] {
+        &self.arrays.packs
+    }
+
     pub fn nodes(&self) -> usize {
         self.arrays.nodes().len()
     }
@@ -88,7 +93,8 @@ mod tests {
     use super::*;
     use crate::isa::{Isa, dispatch};
     use crate::random::Random;
-    use crate::{Geometry, Hit, Instance, Place, PrimitiveId, Ray, Sphere, Transform, TriangleMesh};
+    use crate::search::Found;
+    use crate::{Geometry, Instance, Place, PrimitiveId, Ray, Sphere, Transform, TriangleMesh};
 
     /// Triangles of a size at random places, every fifth in a plane across an axis.
     fn scattered(count: u32, size: f32) -> Geometry {
@@ -233,7 +239,7 @@ mod tests {
             };
             let rays: Vec<Ray> = (0..count).map(ray).collect();
             let mut finished = vec![0; count];
-            let finish = |index: usize, _: Hit| finished[index] += 1;
+            let finish = |index: usize, _: Found| finished[index] += 1;
             dispatch(Isa::detect(), Trace::<_, false> { world: &world, tree: &tree, rays: &rays, finish });
             assert!(finished.iter().all(|&times| times == 1), "{count}: {finished:?}");
         }

@@ -11,8 +11,8 @@ use super::traverse::{Cell, Local, Scene};
 use crate::bounds::{greatest, least};
 use crate::bvh::node::Pack;
 use crate::prefetch::prefetch;
-use crate::ray::{Hit, PrimitiveId, Ray};
-use crate::search::Search;
+use crate::ray::{PrimitiveId, Ray};
+use crate::search::{Found, Search};
 use crate::simd::Simd;
 use crate::triangle::decide;
 use std::hint::select_unpredictable;
@@ -178,7 +178,7 @@ pub(super) struct Rounds<'a, F> {
     slots: &'a mut [Slot; SLOTS],
 }
 
-impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
+impl<'a, F: FnMut(usize, Found)> Rounds<'a, F> {
     /// Traces all rays; `finish` gets the index of each and what was found.
     #[inline(always)]
     pub fn run<S: Simd, const ANY: bool>(
@@ -214,7 +214,7 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
                 slot.put(0, Cell::kept(Arrays::END));
                 return true;
             }
-            (self.finish)(index, Hit::MISS);
+            (self.finish)(index, Found::MISS);
         }
         false
     }
@@ -310,7 +310,7 @@ impl<'a, F: FnMut(usize, Hit)> Rounds<'a, F> {
             let here = slot.here;
             match self.nodes[here.node as usize].as_leaf() {
                 Leaf::End => {
-                    (self.finish)(slot.index, slot.search.hit());
+                    (self.finish)(slot.index, slot.search.found());
                     if !self.start(place) {
                         continue;
                     }
@@ -340,7 +340,7 @@ impl Scene<'_> {
     /// Decides the candidates of a pack. True if anything better is hit.
     #[inline(always)]
     fn pack(&self, index: usize, pack: &Pack, candidates: u32, local: &Local, search: &mut Search) -> bool {
-        search.pack(pack, (candidates, &decide(pack.sheared(&local.ray))), |search, lane| {
+        search.pack((index, pack), (candidates, &decide(pack.sheared(&local.ray))), |search, lane| {
             if local.is_inside() {
                 return Some(local.instance);
             }

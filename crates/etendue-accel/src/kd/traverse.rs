@@ -17,7 +17,8 @@ use crate::geometry::World;
 use crate::isa::SimdKernel;
 use crate::local_ray::LocalRay;
 use crate::padding::SlabRay;
-use crate::ray::{Hit, Ray};
+use crate::ray::Ray;
+use crate::search::Found;
 use crate::search::Search;
 use crate::simd::Simd;
 
@@ -34,7 +35,7 @@ pub(crate) struct Trace<'a, F, const ANY: bool> {
     pub finish: F,
 }
 
-impl<F: FnMut(usize, Hit), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
+impl<F: FnMut(usize, Found), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
     type Output = ();
 
     #[inline(always)]
