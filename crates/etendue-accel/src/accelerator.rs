@@ -5,7 +5,6 @@ use std::str::FromStr;
 
 use crate::bounds::Bounds;
 use crate::brute;
-use crate::bvh::node::{LANES, Pack};
 use crate::bvh::{self, Bvh};
 use crate::error::BuildError;
 use crate::flat::{self, Flat};
@@ -193,13 +192,14 @@ impl Accelerator {
 
     #[inline(always)]
     fn corners(&self, found: &Found) -> [[f32; 3]; 3] {
-        let packs: &[Pack] = match &self.structure {
-            Structure::Bvh(bvh) => bvh.all_packs(),
-            Structure::KdTree(tree) => tree.all_packs(),
-            Structure::Brute | Structure::Flat(_) => &[],
+        let corners = match &self.structure {
+            Structure::Bvh(bvh) => bvh.corners(found.place),
+            Structure::KdTree(tree) => tree.corners(found.place),
+            Structure::Flat(flat) => flat.corners(found.place),
+            Structure::Brute => None,
         };
-        match packs.get(found.place as usize / LANES) {
-            Some(pack) => pack.get(found.place as usize % LANES),
+        match corners {
+            Some(corners) => corners,
             None if found.hit.is_hit() => Source::Top(&self.world).triangle(found.hit.id).unwrap_or_default(),
             None => Default::default(),
         }

@@ -26,12 +26,13 @@ pub(crate) struct Search {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Found {
     pub hit: Hit,
-    /// The number of a pack times [`LANES`] and the lane of the triangle that is hit, or [`Found::NOWHERE`].
+    /// Where the triangle that is hit is: the number of a pack times [`LANES`] and its lane, or its place in a list; or
+    /// [`Found::NOWHERE`].
     pub place: u32,
 }
 
 impl Found {
-    /// In no pack: a miss, a sphere, or where there are none.
+    /// No triangle, or in none of them.
     pub const NOWHERE: u32 = u32::MAX;
 
     /// Nothing.

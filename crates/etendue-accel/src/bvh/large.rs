@@ -6,14 +6,14 @@
 use rayon::prelude::*;
 
 use super::Bvh;
-use super::node::Child;
+use super::node::{Child, LANES};
 use super::traverse::Scene;
 use crate::bounds::Bounds;
 use crate::flat::{self, Beyond, Flat, Flight};
 use crate::geometry::World;
 use crate::isa::Isa;
 use crate::items::{Item, ItemKind, bounds_of};
-use crate::ray::{Hit, Ray};
+use crate::ray::Ray;
 use crate::search::Found;
 use crate::simd::Simd;
 use crate::source::Source;
@@ -71,6 +71,9 @@ pub(super) fn choose(items: &mut [Item], world: &World, isa: Isa) -> usize {
 /// Items that a thread looks at in one go.
 const CHUNK: usize = 1 << 14;
 
+/// Says of a place that it is in the list of large triangles.
+const LISTED: u32 = 1 << 31;
+
 /// What is left of rays that have met the large triangles.
 #[derive(Debug, Default)]
 pub(super) struct Remains {
@@ -90,20 +93,21 @@ impl Remains {
         rays: &[Ray],
         finish: &mut impl FnMut(usize, Found),
     ) {
-        let Self { rays: remaining, found } = self;
+        let Self { rays: remaining, found: before } = self;
         remaining.clear();
-        found.clear();
+        before.clear();
         let beyond = Some(Beyond { boxes: &large.boxes, padding: scene.bvh.top.padding });
-        let finish = |index: usize, hit: Hit, enters: bool| {
+        let finish = |index: usize, found: Found, enters: bool| {
+            let (hit, found) = (found.hit, Found { place: LISTED | found.place, ..found });
             if !enters || ANY && hit.is_hit() {
-                finish(index, Found::apart(hit));
+                finish(index, found);
                 return;
             }
             let ray = rays[index];
             // Up to the hit and no further: what is equally far may have a smaller id.
             let t_max = if hit.is_hit() { hit.t.next_up() } else { ray.t_max };
             remaining.push(Ray { t_max, ..ray });
-            found.push((index as u32, Found::apart(hit)));
+            before.push((index as u32, found));
         };
         Flight::<_, ANY> { flat: &large.flat, rays, beyond, finish }.run(simd);
     }
@@ -119,6 +123,15 @@ impl Remains {
 }
 
 impl Bvh {
+    /// The corners of the triangle at a place.
+    #[inline(always)]
+    pub fn corners(&self, place: u32) -> Option<[[f32; 3]; 3]> {
+        match place & LISTED {
+            0 => Some(self.arrays.packs.get(place as usize / LANES)?.get(place as usize % LANES)),
+            _ => self.large.as_ref()?.flat.corners(place ^ LISTED),
+        }
+    }
+
     /// The boxes around all but the large triangles, as they are in the tree.
     pub(super) fn boxes_of_others(&self) -> Vec<Bounds> {
         match (self.top.others.map(Child::of), self.arrays.nodes.get(self.top_start.nodes)) {

@@ -93,10 +93,6 @@ impl Bvh {
         self.top.bounds
     }
 
-    pub fn all_packs(&self) -> &[Pack] {
-        &self.arrays.packs
-    }
-
     pub fn nodes(&self) -> usize {
         self.arrays.nodes.len()
     }

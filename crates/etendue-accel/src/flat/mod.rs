@@ -125,6 +125,14 @@ impl Flat {
         Ok(Some(flat))
     }
 
+    /// The corners of the triangle at a place in the list, see [`crate::search::Found`].
+    #[inline(always)]
+    pub fn corners(&self, place: u32) -> Option<[[f32; 3]; 3]> {
+        // Where there are spheres, places differ.
+        let triangle = self.triangles.get(place as usize)?;
+        (triangle.order == place + 1).then_some(triangle.corners)
+    }
+
     /// Triangle items of the top level of a world, not more than [`LIMIT`].
     pub fn of_triangles(world: &World, items: &[Item]) -> Result<Self, BuildError> {
         let source = Source::Top(world);

@@ -24,7 +24,7 @@ impl<F: FnMut(usize, Found), const ANY: bool> SimdKernel for Trace<'_, F, ANY> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) {
-        let finish = |index, hit, _enters| (self.finish)(index, Found::apart(hit));
+        let finish = |index, found, _enters| (self.finish)(index, found);
         Flight::<_, ANY> { flat: self.flat, rays: self.rays, beyond: None, finish }.run(simd);
     }
 }
@@ -49,7 +49,7 @@ pub(crate) struct Flight<'a, F, const ANY: bool> {
 const VOID: Ray =
     Ray { origin: [0.0; 3], t_min: 0.0, direction: [0.0; 3], t_max: 0.0, time: 0.0, mask: 0, skip: PrimitiveId::NONE };
 
-impl<F: FnMut(usize, Hit, bool), const ANY: bool> Flight<'_, F, ANY> {
+impl<F: FnMut(usize, Found, bool), const ANY: bool> Flight<'_, F, ANY> {
     #[inline(always)]
     pub fn run<S: Simd>(mut self, simd: S) {
         let (mut pairs, mut columns) = (Pairs::new(), Columns::EMPTY);
@@ -89,7 +89,8 @@ impl<F: FnMut(usize, Hit, bool), const ANY: bool> Flight<'_, F, ANY> {
             };
             let hit = Hit { t: found.t[lane], u: found.u[lane], v: found.v[lane], id };
             let hit = if hit.is_hit() { hit } else { Hit::MISS };
-            (self.finish)(index, hit, enter >> lane & 1 == 1);
+            let found = Found { hit, place: found.orders[lane].wrapping_sub(1) };
+            (self.finish)(index, found, enter >> lane & 1 == 1);
         }
     }
 }

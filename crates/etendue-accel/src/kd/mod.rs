@@ -11,7 +11,7 @@ mod traverse;
 
 use crate::accelerator::KdTreeSplit;
 use crate::bounds::Bounds;
-use crate::bvh::node::Pack;
+use crate::bvh::node::LANES;
 use crate::error::BuildError;
 use crate::geometry::World;
 use crate::items;
@@ -70,8 +70,10 @@ impl KdTree {
         self.top.bounds
     }
 
-    pub fn all_packs(&self) -> &[Pack] {
-        &self.arrays.packs
+    /// The corners of the triangle at a place, see [`crate::search::Found`].
+    #[inline(always)]
+    pub fn corners(&self, place: u32) -> Option<[[f32; 3]; 3]> {
+        Some(self.arrays.packs.get(place as usize / LANES)?.get(place as usize % LANES))
     }
 
     pub fn nodes(&self) -> usize {

@@ -14,6 +14,7 @@ use crate::{
     bsdf::LANES,
     camera::Camera,
     film::PathSample,
+    math::Vec3,
     motion::Shutter,
     sampling::{FilterSampler, Sampler},
     scene::{BodyStack, Scene},
@@ -62,6 +63,8 @@ pub(crate) struct Counters {
 pub(crate) struct Wave {
     capacity: usize,
     paths: Paths,
+    /// Corners of the facets that paths have hit, where there are plain ones.
+    corners: Vec<[[f32; 3]; 3]>,
     shadows: ShadowQueue,
     groups: Groups,
     starts: Box<Starts>,
@@ -72,6 +75,7 @@ impl Wave {
         Self {
             capacity,
             paths: Paths::with_capacity(capacity),
+            corners: Vec::with_capacity(capacity),
             shadows: ShadowQueue::with_capacity(capacity),
             groups: Groups::new(),
             starts: Starts::new(),
@@ -92,7 +96,7 @@ impl Wave {
                 return counters;
             }
             counters.rays += self.paths.len() as u64;
-            context.scene.accelerator().closest_hits(&self.paths.rays, &mut self.paths.hits);
+            self.trace(context);
             context.scene.prefetch_surfaces(&self.paths.hits);
             self.shade(context);
             counters.rays += self.shadows.trace(context.scene, &mut self.paths);
@@ -114,6 +118,15 @@ impl Wave {
         (self.paths.len() - before) as u64
     }
 
+    fn trace(&mut self, context: &Context) {
+        let Self { paths: Paths { rays, hits, .. }, corners, .. } = self;
+        if !context.scene.has_plain_facets() {
+            return context.scene.accelerator().closest_hits(rays, hits);
+        }
+        corners.resize(rays.len(), [[0.0; 3]; 3]);
+        context.scene.accelerator().closest_facets(rays, hits, corners);
+    }
+
     fn shade(&mut self, context: &Context) {
         let strategy = match context.integrator {
             Integrator::Path => Strategy::Both,
@@ -132,10 +145,13 @@ impl Wave {
         }
         for path in 0..self.paths.len() {
             let depth = self.paths.progress[path].depth;
-            let Self { paths, shadows, groups, .. } = self;
+            let Self { paths, shadows, groups, corners, .. } = self;
+            let corners = corners.get(path).map(|corners| corners.map(Vec3::from));
             // Layers want more of the first surface than plain facets tell.
-            let may_take = paths.hits[path].is_hit() && !shade::wants_first(context, paths, path);
-            if !(may_take && groups.take_facet(context, strategy, paths, path, shadows)) {
+            let corners = corners.filter(|_| paths.hits[path].is_hit() && !shade::wants_first(context, paths, path));
+            let is_taken =
+                corners.is_some_and(|corners| groups.take_facet(context, strategy, paths, (path, &corners), shadows));
+            if !is_taken {
                 shade::shade::<false>(context, strategy, paths, path, shadows, groups);
             }
             if context.wants_direct && depth == 2 {

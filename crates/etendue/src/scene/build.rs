@@ -121,6 +121,7 @@ impl Scene {
             is_moving: is_moving(&placements) || distant::is_moving(&parts.light_motions),
             placements,
             facets: Vec::new(),
+            has_plain_facets: false,
             bsdfs: Vec::new(),
             rectangles: Vec::new(),
             lights: LightTable::default(),
@@ -143,6 +144,12 @@ impl Scene {
     pub(super) fn prepare_materials(&mut self) {
         let materials = &self.parts.materials;
         self.facets = materials.iter().map(facets).collect();
+        self.has_plain_facets = false;
+        for placement in self.placements.iter_mut().filter(|placement| placement.is_flat) {
+            let mut facets = placement.materials.iter().map(|material| &self.facets[*material as usize]);
+            self.has_plain_facets |= facets.clone().any(|facets| !matches!(facets, Facets::Other));
+            placement.is_plain = facets.all(|facets| matches!(facets, Facets::Alike(_)));
+        }
         self.bsdfs = materials.iter().map(plain_bsdf).collect();
         self.opaque = materials.iter().all(Material::is_opaque);
         self.filters = prepare_textures(materials);
@@ -274,6 +281,7 @@ impl<'a> Builder<'a> {
         };
         let placement = Placement {
             is_flat,
+            is_plain: false,
             primitives,
             to_own: rows(to_local.inverse()),
             place: place.clone(),

@@ -48,6 +48,8 @@ pub(crate) struct Placement {
     lights: FaceLights,
     /// True for meshes in world space without vertex normals, all of whose faces are of moderate size.
     is_flat: bool,
+    /// True for flat ones of which a facet's corners and its material are all that is ever asked for.
+    is_plain: bool,
 }
 
 /// The primitives of a placement, in its own space.
@@ -167,6 +169,7 @@ pub struct Scene {
     bsdfs: Vec<Option<Bsdf>>,
     /// Of each material.
     facets: Vec<Facets>,
+    has_plain_facets: bool,
     lights: LightTable,
     varied: VariedLights,
     rectangles: Vec<Option<Box<RectangleFrame>>>,
@@ -284,15 +287,20 @@ impl Scene {
         self.bsdfs[index as usize].as_ref()
     }
 
-    /// Asks for the surfaces of hits, if meshes are so large that they would have to be waited for one by one: the faces of
+    /// True if there are facets that [`Self::plain_facet`] may take.
+    pub(crate) fn has_plain_facets(&self) -> bool {
+        self.has_plain_facets
+    }
+
+    /// Asks for the surfaces of hits but of plain facets, if meshes are so large that they would have to be waited for one by one: the faces of
     /// all hits first, then their corners.
     pub(crate) fn prefetch_surfaces(&self, hits: &[Hit]) {
         if !self.is_large {
             return;
         }
-        let mesh_of = |hit: &Hit| match &self.placements.get(hit.id.instance as usize)?.primitives {
-            Primitives::Mesh(mesh) => Some(mesh),
-            Primitives::Sphere { .. } => None,
+        let mesh_of = |hit: &Hit| match self.placements.get(hit.id.instance as usize)? {
+            Placement { primitives: Primitives::Mesh(mesh), is_plain: false, .. } => Some(mesh),
+            _ => None,
         };
         for hit in hits {
             if let Some(mesh) = mesh_of(hit) {
@@ -306,31 +314,27 @@ impl Scene {
         }
     }
 
-    /// The corners of the facet that was hit and how it scatters, where that says all about the surface: flat, opaque, dark, and
+    /// How the facet that was hit, with these corners, scatters, where that says all about the surface: flat, opaque, dark, and
     /// without relief. What textures tell is kept in `textured`.
     #[inline]
     pub(crate) fn plain_facet<'a>(
         &'a self,
         hit: &Hit,
+        corners: &[Vec3; 3],
         textured: &'a mut Option<InLanes>,
-    ) -> Option<([Vec3; 3], &'a InLanes)> {
+    ) -> Option<&'a InLanes> {
         let placement = &self.placements[hit.id.instance as usize];
-        let Primitives::Mesh(mesh) = &placement.primitives else { return None };
         if !placement.is_flat {
             return None;
         }
-        let material = placement.material(hit.id.primitive);
-        let [a, b, c] = mesh.indices[hit.id.primitive as usize];
-        let corners = [mesh.corner(a), mesh.corner(b), mesh.corner(c)];
-        let bsdf = match &self.facets[material as usize] {
-            Facets::Alike(bsdf) => bsdf,
+        match &self.facets[placement.material(hit.id.primitive) as usize] {
+            Facets::Alike(bsdf) => Some(bsdf),
             Facets::Textured => {
-                *textured = self.textured_facet(placement, hit, corners);
-                textured.as_ref()?
+                *textured = self.textured_facet(placement, hit, *corners);
+                textured.as_ref()
             }
-            Facets::Other => return None,
-        };
-        Some((corners, bsdf))
+            Facets::Other => None,
+        }
     }
 
     // Kept out of the loop over vertices.

@@ -110,18 +110,18 @@ macro_rules! groups {
                 Self { $($group: Group::new()),* }
             }
 
-            /// Takes over path `path`, which has hit something, if that is a plain facet.
+            /// Takes over path `path`, which has hit something with these corners, if that is a plain facet.
             #[inline]
             pub fn take_facet(
                 &mut self,
                 context: &Context,
                 strategy: Strategy,
                 paths: &mut Paths,
-                path: usize,
+                (path, corners): (usize, &[Vec3; 3]),
                 shadows: &mut ShadowQueue,
             ) -> bool {
                 let mut textured = None;
-                let Some((corners, bsdf)) = context.scene.plain_facet(&paths.hits[path], &mut textured) else {
+                let Some(bsdf) = context.scene.plain_facet(&paths.hits[path], corners, &mut textured) else {
                     return false;
                 };
                 let progress = &mut paths.progress[path];
@@ -134,7 +134,7 @@ macro_rules! groups {
                     $(InLanes::$Kind(bsdf) => {
                         let lanes = &mut self.$group.sort(context, paths, path).facets;
                         each_part::<$Bsdf>(context, paths, path, |paths, path| {
-                            lanes.push_facet(paths, path, &corners, bsdf);
+                            lanes.push_facet(paths, path, corners, bsdf);
                             if lanes.is_full() {
                                 lanes.finish::<$Bsdf>(context, strategy, paths, shadows);
                             }
