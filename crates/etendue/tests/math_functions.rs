@@ -1,7 +1,7 @@
 //! Own transcendental functions against f64.
 #![allow(clippy::disallowed_methods)]
 
-use etendue::math::{acos, asin, atan2, exp, exp2, ln, pow, sin_cos_turns};
+use etendue::math::{acos, asin, atan2, exp, exp2, floor, ln, pow, sin_cos_turns};
 
 /// Error of `value` in units of the last place of an f32 near `exact`.
 fn ulps(value: f32, exact: f64) -> f64 {
@@ -106,4 +106,17 @@ fn turns() {
         assert_eq!(sin_cos_turns(quarter), exact);
         assert_eq!(sin_cos_turns(quarter + 1024.0), exact);
     }
+}
+
+/// Bits, so that the sign of zeros counts too.
+#[test]
+fn floors_have_the_bits_of_the_platform() {
+    let near_integers = (-1000..1000).map(|i| i as f32).flat_map(|x| [x.next_down(), x, x.next_up(), x + 0.5]);
+    // Where halves and then fractions end.
+    let ends = (20..25).map(|bits| (1 << bits) as f32).flat_map(|x| [x - 0.5, x.next_down(), x, x.next_up(), x + 0.5]);
+    let large = floats(1e-45, f32::INFINITY, COUNT);
+    for x in near_integers.chain(ends).chain(large).flat_map(|x| [x, -x]) {
+        assert_eq!(floor(x).to_bits(), x.floor().to_bits(), "{x}");
+    }
+    assert!(floor(f32::NAN).is_nan());
 }

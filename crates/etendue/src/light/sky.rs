@@ -3,7 +3,7 @@
 use super::{Emitter, LightContext, LightSample, is_unit};
 use crate::{
     bsdf::Density,
-    math::{DMat3, Vec3, atan2, sin_cos_turns, vec3},
+    math::{DMat3, Vec3, atan2, floor, sin_cos_turns, vec3},
     sampling::Distribution2D,
     spectrum::Spectrum,
 };
@@ -109,7 +109,7 @@ impl RadianceMap {
         let (width, height) = (self.width as usize, self.height as usize);
         let x = u * self.width as f32 - 0.5;
         let y = (v * self.height as f32 - 0.5).clamp(0.0, (height - 1) as f32);
-        let (left, top) = (x.floor(), y.floor());
+        let (left, top) = (floor(x), floor(y));
         let (fx, fy) = (x - left, y - top);
         let wrap = |column: i64| column.rem_euclid(width as i64) as usize;
         let (x0, x1) = (wrap(left as i64), wrap((left as i64).saturating_add(1)));

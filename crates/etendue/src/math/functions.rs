@@ -12,6 +12,17 @@ fn round_small(x: f32) -> f32 {
     (x + MAGIC) - MAGIC
 }
 
+/// The largest integer that is not above `x`, with the bits of [`f32::floor`], which is a call where the instruction set has none.
+#[inline(always)]
+pub fn floor(x: f32) -> f32 {
+    if x.abs() < 4_194_304.0 {
+        let nearest = round_small(x);
+        // The sign for zeros.
+        return (nearest - if nearest > x { 1.0 } else { 0.0 }).copysign(x);
+    }
+    x.floor()
+}
+
 /// Sine and cosine of `2 pi turns`, for |turns| < 2^20; absolute error below 1.2e-7 within one turn.
 #[inline(always)]
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {

@@ -15,6 +15,7 @@ use crate::{
     motion::Motion,
     parallel,
     surface::MeshData,
+    texture::Texture,
 };
 use etendue_accel::{
     Accelerator, AcceleratorKind, BuildError, Geometry, Instance, Isa, Place, Sphere, Transform, TriangleMesh, World,
@@ -22,7 +23,7 @@ use etendue_accel::{
 };
 use std::sync::Arc;
 
-/// Bytes of meshes that stay in a core's own cache, beside all else.
+/// Bytes of meshes, or of an image, that stay in a core's own cache, beside all else.
 const CACHE: usize = 1 << 18;
 
 /// How the accelerator is built.
@@ -123,6 +124,8 @@ impl Scene {
             facets: Vec::new(),
             has_plain_facets: false,
             bsdfs: Vec::new(),
+            far_textures: Vec::new(),
+            prefetches_texels: false,
             rectangles: Vec::new(),
             lights: LightTable::default(),
             varied: VariedLights::default(),
@@ -151,6 +154,8 @@ impl Scene {
             placement.is_plain = facets.all(|facets| matches!(facets, Facets::Alike(_)));
         }
         self.bsdfs = materials.iter().map(plain_bsdf).collect();
+        self.far_textures = materials.iter().map(far_textures).collect();
+        self.prefetches_texels = self.far_textures.iter().any(|textures| !textures.is_empty());
         self.opaque = materials.iter().all(Material::is_opaque);
         self.filters = prepare_textures(materials);
     }
@@ -217,6 +222,11 @@ fn facets(material: &Material) -> Facets {
         None if material.filtered_textures().iter().any(|texture| texture.is_filtered()) => Facets::Other,
         None => Facets::Textured,
     }
+}
+
+/// The textures of a material that are worth asking for ahead.
+fn far_textures(material: &Material) -> Vec<Arc<Texture>> {
+    material.filtered_textures().into_iter().filter(|texture| texture.unfiltered_bytes() > CACHE).collect()
 }
 
 /// The BSDF of a material that is the same everywhere.

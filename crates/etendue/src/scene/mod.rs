@@ -22,7 +22,7 @@ use crate::{
     math::{DAffine3, DVec3, Frame, Vec2, Vec3},
     spectrum::Spectrum,
     surface::{self, Chart, MeshData, NO_LIGHT, SurfacePoint},
-    texture::Lookup,
+    texture::{Lookup, Texture},
 };
 use emitters::{Cut, VariedLights};
 use etendue_accel::{Accelerator, Hit, Place, Ray, prefetch};
@@ -170,6 +170,9 @@ pub struct Scene {
     /// Of each material.
     facets: Vec<Facets>,
     has_plain_facets: bool,
+    /// Of each material, those whose texels would have to be waited for one by one.
+    far_textures: Vec<Vec<Arc<Texture>>>,
+    prefetches_texels: bool,
     lights: LightTable,
     varied: VariedLights,
     rectangles: Vec<Option<Box<RectangleFrame>>>,
@@ -292,12 +295,32 @@ impl Scene {
         self.has_plain_facets
     }
 
-    /// Asks for the surfaces of hits but of plain facets, if meshes are so large that they would have to be waited for one by one: the faces of
-    /// all hits first, then their corners.
+    /// Asks for the surfaces of hits but of plain facets, if meshes are so large that they would have to be waited for one by one: the
+    /// faces of all hits first, then their corners. Likewise for their texels.
     pub(crate) fn prefetch_surfaces(&self, hits: &[Hit]) {
-        if !self.is_large {
-            return;
+        if self.is_large {
+            self.prefetch_corners(hits);
         }
+        if self.prefetches_texels {
+            self.prefetch_texels(hits);
+        }
+    }
+
+    fn prefetch_texels(&self, hits: &[Hit]) {
+        for hit in hits {
+            let Some(placement) = self.placements.get(hit.id.instance as usize) else { continue };
+            let textures = &self.far_textures[placement.material(hit.id.primitive) as usize];
+            if textures.is_empty() || matches!(placement.primitives, Primitives::Sphere { .. }) {
+                continue;
+            }
+            // Neither position nor time tells for a mesh.
+            let weights = [hit.u, hit.v];
+            let uv = surface::texture_coordinates_at(placement, hit.id.primitive, weights, Vec3::ZERO, 0.0);
+            textures.iter().for_each(|texture| texture.prefetch(uv));
+        }
+    }
+
+    fn prefetch_corners(&self, hits: &[Hit]) {
         let mesh_of = |hit: &Hit| match self.placements.get(hit.id.instance as usize)? {
             Placement { primitives: Primitives::Mesh(mesh), is_plain: false, .. } => Some(mesh),
             _ => None,

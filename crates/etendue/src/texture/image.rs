@@ -2,6 +2,7 @@
 
 use super::pyramid::{Level, pyramid};
 use crate::math::Vec2;
+use etendue_accel::prefetch;
 use std::sync::{Arc, OnceLock};
 
 /// Samples as stored, row by row from the top left, the channels of a texel side by side.
@@ -225,6 +226,17 @@ impl TextureImage {
                 colour(&samples[texel], |v| self.decoded[usize::from(v)], |v| f32::from(v) / 65535.0)
             }
             Samples::F32(samples) => colour(&samples[texel], |v| v, |v| v),
+        }
+    }
+
+    /// Asks for a texel, which is read from memory soon.
+    #[inline]
+    pub(super) fn prefetch(&self, x: u32, y: u32) {
+        let first = (y as usize * self.width as usize + x as usize) * self.channels;
+        match &self.samples {
+            Samples::U8(samples) => samples.get(first).into_iter().for_each(prefetch),
+            Samples::U16(samples) => samples.get(first).into_iter().for_each(prefetch),
+            Samples::F32(samples) => samples.get(first).into_iter().for_each(prefetch),
         }
     }
 

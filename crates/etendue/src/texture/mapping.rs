@@ -1,6 +1,9 @@
 //! How texture coordinates become texels, and texels values.
 
-use crate::{film::UnknownName, math::Vec2};
+use crate::{
+    film::UnknownName,
+    math::{Vec2, floor},
+};
 use std::{fmt, str::FromStr};
 
 /// What lies beyond the edge of an image.
@@ -105,10 +108,10 @@ impl Wrap {
             return 0.0;
         }
         match self {
-            Self::Repeat => x - x.floor(),
+            Self::Repeat => x - floor(x),
             Self::Mirror => {
                 let halves = x * 0.5;
-                2.0 * (halves - halves.floor())
+                2.0 * (halves - floor(halves))
             }
             // Farther out nothing changes.
             Self::Clamp | Self::Black => x.clamp(-2.0, 3.0),
@@ -119,16 +122,17 @@ impl Wrap {
     #[inline]
     pub(super) fn texel(self, position: f32, count: u32) -> Option<u32> {
         // The cast saturates, and the next steps bound it.
-        let at = position.floor() as i64;
+        let at = floor(position) as i64;
         let count = i64::from(count);
         let index = match self {
+            // Most are, and a division takes long.
+            _ if (0..count).contains(&at) => at,
             Self::Repeat => at.rem_euclid(count),
             Self::Mirror => {
                 let at = at.rem_euclid(2 * count);
                 at.min(2 * count - 1 - at)
             }
             Self::Clamp => at.clamp(0, count - 1),
-            Self::Black if (0..count).contains(&at) => at,
             Self::Black => return None,
         };
         Some(index as u32)
@@ -209,6 +213,34 @@ impl Default for Mapping {
             gain: 1.0,
             base: 0.0,
             channel: Channel::Luminance,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By division, wherever the position is.
+    #[test]
+    fn texels_beyond_the_edges_are_those_of_the_rest_of_a_division() {
+        for count in [1u32, 2, 3, 7, 512, 1 << 24] {
+            let n = i64::from(count);
+            let edges = [-2 * n, -n, 0, n, 2 * n, 3 * n];
+            for at in edges.into_iter().flat_map(|edge| (-9..9).map(move |near| edge + near)) {
+                let position = at as f32 + 0.25;
+                let at = f64::from(position).floor() as i64;
+                let mirrored = at.rem_euclid(2 * n);
+                let expected = [
+                    (Wrap::Repeat, Some(at.rem_euclid(n))),
+                    (Wrap::Mirror, Some(mirrored.min(2 * n - 1 - mirrored))),
+                    (Wrap::Clamp, Some(at.clamp(0, n - 1))),
+                    (Wrap::Black, (0..n).contains(&at).then_some(at)),
+                ];
+                for (wrap, expected) in expected {
+                    assert_eq!(wrap.texel(position, count).map(i64::from), expected, "{wrap} {position} of {count}");
+                }
+            }
         }
     }
 }

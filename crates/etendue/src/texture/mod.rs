@@ -256,6 +256,22 @@ impl Texture {
         self.pattern.children().for_each(Self::prepare);
     }
 
+    /// Bytes of the image, if it is one that is read without coarser copies; else 0.
+    pub(crate) fn unfiltered_bytes(&self) -> usize {
+        match &self.pattern {
+            Pattern::Image(image) if !self.is_filtered() => image.bytes(),
+            _ => 0,
+        }
+    }
+
+    /// Asks for the texels of an image at texture coordinates, which are looked up soon.
+    #[inline]
+    pub(crate) fn prefetch(&self, uv: Vec2) {
+        if let Pattern::Image(image) = &self.pattern {
+            sample::prefetch(image, &self.mapping, uv);
+        }
+    }
+
     /// True if a lookup's footprint makes a difference.
     pub fn is_filtered(&self) -> bool {
         match &self.pattern {

@@ -1,7 +1,7 @@
 //! Values between and beyond the texels of an image.
 
 use super::{Filtering, Lookup, Mapping, image::TextureImage, mapping::Wrap, pyramid::Level};
-use crate::math::{Vec2, ln, vec2};
+use crate::math::{Vec2, floor, ln, vec2};
 
 /// Most lookups along the longer axis of a footprint; a longer one is blurred.
 const MOST_PROBES: f32 = 8.0;
@@ -18,6 +18,19 @@ pub(super) fn lookup(image: &TextureImage, mapping: &Mapping, at: &Lookup) -> [f
             None => finest.bilinear(uv),
             Some(footprint) => filtered(image, mapping, uv, footprint),
         },
+    }
+}
+
+/// Asks for the texels around a point of the finest image, which are looked up soon.
+#[inline]
+pub(super) fn prefetch(image: &TextureImage, mapping: &Mapping, uv: Vec2) {
+    let (uv, [width, height], wrap) = (mapping.transform.apply(uv), image.size(), mapping.wrap);
+    let x = wrap[0].fold(uv.x) * width as f32 - 0.5;
+    let y = wrap[1].fold(1.0 - uv.y) * height as f32 - 0.5;
+    for y in [y, y + 1.0] {
+        if let (Some(x), Some(y)) = (wrap[0].texel(x, width), wrap[1].texel(y, height)) {
+            image.prefetch(x, y);
+        }
     }
 }
 
@@ -50,7 +63,7 @@ fn footprint(image: &TextureImage, mapping: &Mapping, at: &Lookup) -> Option<Spr
     }
     let ratio = long / short.max(1.0);
     // Where both are infinite, one.
-    let probes = if ratio > 1.0 { ratio.ceil().min(MOST_PROBES) as u32 } else { 1 };
+    let probes = if ratio > 1.0 { (-floor(-ratio)).min(MOST_PROBES) as u32 } else { 1 };
     let level = if short > 1.0 { ln(short) * std::f32::consts::LOG2_E } else { 0.0 };
     Some(Spread { along, probes, level })
 }
@@ -69,7 +82,7 @@ fn filtered(image: &TextureImage, mapping: &Mapping, uv: Vec2, spread: Spread) -
 fn trilinear(image: &TextureImage, wrap: [Wrap; 2], uv: Vec2, level: f32) -> [f32; 4] {
     let levels = image.levels();
     let level = level.min(levels.len() as f32);
-    let (finer, part) = (level.floor(), level - level.floor());
+    let (finer, part) = (floor(level), level - floor(level));
     // Level 0 is the image, level n the n-th copy.
     let of = |number: usize| match number.checked_sub(1).and_then(|copy| levels.get(copy)) {
         None => Grid { size: image.size(), wrap, texel: |x, y| image.texel(x, y) }.bilinear(uv),
@@ -108,7 +121,7 @@ impl<T: Fn(u32, u32) -> [f32; 4]> Grid<T> {
         let ([width, height], wrap) = (self.size, self.wrap);
         let x = wrap[0].fold(uv.x) * width as f32 - 0.5;
         let y = wrap[1].fold(1.0 - uv.y) * height as f32 - 0.5;
-        let (left, top) = (x.floor(), y.floor());
+        let (left, top) = (floor(x), floor(y));
         let (fx, fy) = (x - left, y - top);
         let columns = [wrap[0].texel(left, width), wrap[0].texel(left + 1.0, width)];
         let rows = [wrap[1].texel(top, height), wrap[1].texel(top + 1.0, height)];
