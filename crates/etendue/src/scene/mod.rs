@@ -169,6 +169,7 @@ pub struct Scene {
     bsdfs: Vec<Option<Bsdf>>,
     /// Of each material.
     facets: Vec<Facets>,
+    /// True if any of them is of a flat mesh and not [`Facets::Other`].
     has_plain_facets: bool,
     /// Of each material, those whose texels would have to be waited for one by one.
     far_textures: Vec<Vec<Arc<Texture>>>,
