@@ -174,8 +174,7 @@ impl Accelerator {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
-        assert_eq!(rays.len(), hits.len(), "as many hits as rays");
-        self.trace::<false>(rays, |index, found| hits[index] = found.hit);
+        self.closest(rays, hits, None);
     }
 
     /// As [`Self::closest_hits`], with the corners of the triangles that are hit, in the space of their geometry: the very numbers of
@@ -184,9 +183,18 @@ impl Accelerator {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_facets(&self, rays: &[Ray], hits: &mut [Hit], corners: &mut [[[f32; 3]; 3]]) {
-        assert!(rays.len() == hits.len() && rays.len() == corners.len(), "as many hits and facets as rays");
+        assert_eq!(rays.len(), corners.len(), "as many facets as rays");
+        self.closest(rays, hits, Some(corners));
+    }
+
+    // One for both: what searches is compiled many times over as it is.
+    fn closest(&self, rays: &[Ray], hits: &mut [Hit], mut corners: Option<&mut [[[f32; 3]; 3]]>) {
+        assert_eq!(rays.len(), hits.len(), "as many hits as rays");
         self.trace::<false>(rays, |index, found| {
-            (hits[index], corners[index]) = (found.hit, self.corners(&found));
+            hits[index] = found.hit;
+            if let Some(corners) = &mut corners {
+                corners[index] = self.corners(&found);
+            }
         });
     }
 
