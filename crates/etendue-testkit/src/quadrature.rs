@@ -46,7 +46,7 @@ impl Cell {
 }
 
 /// Integral of `f` over `cell` to an absolute error of about `tolerance`, integrating along the first `axes` axes.
-pub(crate) fn integrate(f: &impl Fn([f64; 2]) -> f64, cell: Cell, axes: usize, tolerance: f64) -> f64 {
+fn integrate(f: &impl Fn([f64; 2]) -> f64, cell: Cell, axes: usize, tolerance: f64) -> f64 {
     refine(f, cell, axes, tolerance, apply(&SEVEN, f, cell, axes), MAX_DEPTH)
 }
 
