@@ -50,6 +50,14 @@ pub(crate) fn pieces<T: Send>(length: usize, make: impl Fn(Range<usize>) -> T + 
     map(length.div_ceil(PIECE), |piece| make(piece * PIECE..((piece + 1) * PIECE).min(length)))
 }
 
+/// `make(0)`, `make(1)`, ... `make(count - 1)` for rows of so many elements, in this order, found on all cores if they are many
+/// together.
+pub(crate) fn rows<T: Send>(count: usize, length: usize, make: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let together = (PIECE / 4).div_ceil(length.max(1));
+    let group = |group: usize| -> Vec<T> { (group * together..count.min((group + 1) * together)).map(&make).collect() };
+    map(count.div_ceil(together), group).into_iter().flatten().collect()
+}
+
 /// Whether something is true of any element.
 pub(crate) fn any<T: Sync>(elements: &[T], is: impl Fn(&T) -> bool + Sync) -> bool {
     pieces(elements.len(), |range| elements[range].iter().any(&is)).contains(&true)
@@ -90,6 +98,7 @@ mod tests {
         for count in [0, 1, 2, 1000] {
             let squares: Vec<usize> = (0..count).map(|i| i * i).collect();
             assert_eq!(map(count, |i| i * i), squares);
+            assert!([0, 1, 500, usize::MAX].into_iter().all(|length| rows(count, length, |i| i * i) == squares));
         }
     }
     /// Of lengths about the pieces' borders.

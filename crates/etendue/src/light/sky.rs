@@ -4,6 +4,7 @@ use super::{Emitter, LightContext, LightSample, is_unit};
 use crate::{
     bsdf::Density,
     math::{DMat3, Vec3, atan2, floor, sin_cos_turns, vec3},
+    parallel,
     sampling::Distribution2D,
     spectrum::Spectrum,
 };
@@ -65,7 +66,9 @@ impl RadianceMap {
             return Err(RadianceMapError::Count { expected, found: texels.len() as u64 });
         }
         let mut repaired = 0;
-        for texel in &mut texels {
+        // Most maps are fine, which is seen sooner than each is mended.
+        let fine = texels.as_flattened().iter().fold(true, |fine, c| fine & (*c >= 0.0) & (*c <= BRIGHTEST));
+        for texel in texels.iter_mut().filter(|_| !fine) {
             let fine = texel.map(|c| match c {
                 f32::INFINITY => INFINITE,
                 c if c > 0.0 => c.min(BRIGHTEST),
@@ -141,12 +144,21 @@ pub struct ImageEnvironment {
 impl ImageEnvironment {
     /// Turns `map` by the rotation `orientation` (map to world) and multiplies it by `strength`, not negative.
     pub fn new(map: Arc<RadianceMap>, orientation: DMat3, strength: Spectrum) -> Self {
-        let columns = cell_count(map.width, COLUMNS);
-        let rows = cell_count(map.height, ROWS);
+        let cells = [cell_count(map.width, COLUMNS), cell_count(map.height, ROWS)];
+        Self::with_cells(map, orientation, strength, cells)
+    }
+
+    /// The same with a sampling grid of so many columns and rows, at least one of each: few where the map is smooth.
+    pub(crate) fn with_cells(
+        map: Arc<RadianceMap>,
+        orientation: DMat3,
+        strength: Spectrum,
+        [columns, rows]: [usize; 2],
+    ) -> Self {
         let cosines: Vec<f64> =
             (0..=rows).map(|row| libm::cos(row as f64 / rows as f64 * std::f64::consts::PI)).collect();
         let (weights, mean) = cell_weights(&map, strength, columns, &cosines);
-        let weights = share_evenly(&weights, &compensated(&weights, columns, &cosines));
+        let weights = chosen(weights, columns, &cosines);
         // Weights are finite and few enough by the bounds on texels and cells; else the sky is left to BSDF samples.
         let cells = Distribution2D::new(&weights, columns).unwrap_or_default();
         let axes = [orientation.x_axis, orientation.y_axis, orientation.z_axis].map(|a| a.as_vec3());
@@ -258,12 +270,9 @@ fn cell_weights(map: &RadianceMap, strength: Spectrum, columns: usize, cosines: 
             footprint(column, columns, map.width).map(wrap).collect()
         })
         .collect();
-    let mut weights = Vec::with_capacity(rows * columns);
-    let mut mean = [0.0f64; 3];
-    let mut line = vec![0.0f64; width];
-    for row in 0..rows {
+    let row = |row: usize| {
         let solid_angle = (cosines[row] - cosines[row + 1]) / columns as f64 * 2.0 * std::f64::consts::PI;
-        line.fill(0.0);
+        let (mut line, mut mean) = (vec![0.0f64; width], [0.0f64; 3]);
         for (texel, share) in footprint(row, rows, map.height) {
             let y = texel.clamp(0, i64::from(map.height) - 1) as usize;
             let mut sums = [0.0f64; 3];
@@ -276,32 +285,37 @@ fn cell_weights(map: &RadianceMap, strength: Spectrum, columns: usize, cosines: 
             mean = [0, 1, 2].map(|c| mean[c] + sums[c] * part);
         }
         let cell = |shares: &Vec<(usize, f64)>| shares.iter().map(|(x, share)| line[*x] * share).sum::<f64>();
-        weights.extend(across.iter().map(|shares| cell(shares) * solid_angle));
+        (across.iter().map(|shares| cell(shares) * solid_angle).collect::<Vec<f64>>(), mean)
+    };
+    let mut weights = Vec::with_capacity(rows * columns);
+    let mut mean = [0.0f64; 3];
+    for (cells, part) in parallel::rows(rows, columns, row) {
+        weights.extend(cells);
+        mean = [0, 1, 2].map(|c| mean[c] + part[c]);
     }
     (weights, Spectrum(mean.map(|m| m as f32)))
 }
 
-/// What of each cell is above the mean of the sphere: the rest is found as well by scattering, and where both sample, a density
-/// that leaves it out has the least variance (Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple
-/// Importance Sampling", 2019). All of it where nothing is above the mean.
-fn compensated(weights: &[f64], columns: usize, cosines: &[f64]) -> Vec<f64> {
+/// Weights to choose cells by. What of each cell is above the mean of the sphere: the rest is found as well by scattering, and
+/// where both sample, a density that leaves it out has the least variance (Karlik et al., "MIS Compensation: Optimizing Sampling
+/// Techniques in Multiple Importance Sampling", 2019). All of it where nothing is above the mean. [`EVEN_SHARE`] of the whole is
+/// dealt out to the cells that shine, alike.
+fn chosen(mut weights: Vec<f64>, columns: usize, cosines: &[f64]) -> Vec<f64> {
     // Over the solid angle in units of the sphere.
     let mean: f64 = weights.iter().sum();
     let share = |row: usize| 0.5 * (cosines[row] - cosines[row + 1]) / columns as f64;
-    let above = |(i, w): (usize, &f64)| {
+    let above = |i: usize, w: f64| {
         let excess = w - mean * share(i / columns);
         // Rounding is no light.
         if excess > 1e-9 * w { excess } else { 0.0 }
     };
-    let excess: Vec<f64> = weights.iter().enumerate().map(above).collect();
-    if excess.iter().any(|w| *w > 0.0) { excess } else { weights.to_vec() }
-}
-
-/// `kept` with [`EVEN_SHARE`] of the whole dealt out to the cells that shine by `weights`, alike.
-fn share_evenly(weights: &[f64], kept: &[f64]) -> Vec<f64> {
-    let total: f64 = kept.iter().sum();
+    let excess: f64 = weights.iter().enumerate().map(|(i, &w)| above(i, w)).sum();
+    let total = if excess > 0.0 { excess } else { mean };
     let shining = weights.iter().filter(|w| **w > 0.0).count();
     let even = total * EVEN_SHARE / shining.max(1) as f64;
-    let share = |(w, kept): (&f64, &f64)| if *w > 0.0 { kept * (1.0 - EVEN_SHARE) + even } else { 0.0 };
-    weights.iter().zip(kept).map(share).collect()
+    for (i, weight) in weights.iter_mut().enumerate().filter(|(_, weight)| **weight > 0.0) {
+        let kept = if excess > 0.0 { above(i, *weight) } else { *weight };
+        *weight = kept * (1.0 - EVEN_SHARE) + even;
+    }
+    weights
 }

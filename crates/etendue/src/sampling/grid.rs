@@ -1,6 +1,7 @@
 //! Choice among the cells of a grid in proportion to weights.
 
 use super::{Distribution1D, DistributionError};
+use crate::parallel;
 
 /// A cell that a [`Distribution2D`] chose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,21 +31,23 @@ impl Distribution2D {
     /// [`DistributionError`] if there are more rows or columns than [`Distribution1D::MAX_LEN`], or if a weight is negative
     /// or not finite; its index is that in `weights`.
     pub fn new(weights: &[f64], columns: usize) -> Result<Self, DistributionError> {
-        let mut sums = Vec::new();
-        let mut cells = Vec::new();
         // Scaled, so that no sum overflows.
         let largest = weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        for (row, weights) in weights.chunks(columns.max(1)).enumerate() {
-            let in_grid = |error| match error {
+        let columns = columns.max(1);
+        let row = |row: usize| {
+            let weights = &weights[row * columns..weights.len().min((row + 1) * columns)];
+            let cells = Distribution1D::new(weights).map_err(|error| match error {
                 DistributionError::Invalid(column) => DistributionError::Invalid(row * columns + column),
                 other => other,
-            };
-            cells.push(Distribution1D::new(weights).map_err(in_grid)?);
+            })?;
             // A row whose weights are too small for a sum must not lose its right to be chosen.
             let sum: f64 = weights.iter().map(|w| w / largest).sum();
             let any = weights.iter().any(|w| *w > 0.0);
-            sums.push(if any { sum.max(f64::MIN_POSITIVE) } else { 0.0 });
-        }
+            Ok((cells, if any { sum.max(f64::MIN_POSITIVE) } else { 0.0 }))
+        };
+        let rows: Result<Vec<_>, _> =
+            parallel::rows(weights.len().div_ceil(columns), columns, row).into_iter().collect();
+        let (cells, sums): (Vec<Distribution1D>, Vec<f64>) = rows?.into_iter().unzip();
         Ok(Self { rows: Distribution1D::new(&sums)?, cells })
     }
 

@@ -89,7 +89,7 @@ pub(super) fn environment_light(environment: &Environment) -> Option<Light> {
             // The map's middle column below the sun; anywhere where the sun is straight above.
             let ahead = (sun - up * sun.dot(up)).try_normalize().unwrap_or_else(|| up.any_orthonormal_vector());
             let orientation = DMat3::from_cols(up.cross(ahead), up, ahead);
-            let sky = ImageEnvironment::new(Arc::new(daylight.map), orientation, *strength);
+            let sky = ImageEnvironment::with_cells(Arc::new(daylight.map), orientation, *strength, atmosphere::CELLS);
             let irradiance = if *sun_disk { daylight.sun * *strength } else { Spectrum::BLACK };
             Light::SunSky(Arc::new(SunSky::new(sky, sun, up, *sun_radius, irradiance)))
         }

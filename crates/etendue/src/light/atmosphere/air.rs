@@ -1,7 +1,10 @@
 //! What the air is made of, and how much of it is in the way.
 
-use super::bands::{Bands, LANES, at_middles, ozone};
-use crate::{math::exp_wide, parallel};
+use super::bands::{Bands, LANES, at_middles, narrow, ozone};
+use crate::{
+    math::{exp_short, exp_wide},
+    parallel,
+};
 use etendue_accel::{Isa, Kernel, run};
 use std::f64::consts::PI;
 
@@ -74,6 +77,7 @@ impl Air {
         let aerosol = extinction.map(|e| e * AEROSOL_ALBEDO);
         let broad = aerosol.map(|a| a * (1.0 - ahead));
         let stopped = extinction.map(|e| e * (1.0 - AEROSOL_ALBEDO * ahead));
+        let [molecular, aerosol, broad, stopped, ozone] = [molecular, aerosol, broad, stopped, ozone].map(narrow);
         Self { molecular, aerosol, broad, extinction: [molecular, stopped, ozone] }
     }
 
@@ -81,6 +85,7 @@ impl Air {
     #[inline(always)]
     pub fn depth(&self, amounts: Amounts) -> Bands {
         let [molecules, aerosol, ozone] = &self.extinction;
+        let amounts = noticed(amounts);
         let mut depth = [0.0; LANES];
         for i in 0..LANES {
             depth[i] = molecules[i] * amounts[0] + aerosol[i] * amounts[1] + ozone[i] * amounts[2];
@@ -93,7 +98,7 @@ impl Air {
     pub fn transmittance(&self, amounts: Amounts) -> Bands {
         let mut bands = self.depth(amounts);
         for band in &mut bands {
-            *band = exp_wide(-*band);
+            *band = exp_short(-*band);
         }
         bands
     }
@@ -101,12 +106,23 @@ impl Air {
     /// Scattering by all parts at these densities, without what goes straight on, 1/m.
     #[inline(always)]
     pub fn scattering(&self, densities: Amounts) -> Bands {
+        let densities = noticed(densities);
         let mut scattering = [0.0; LANES];
         for (i, sum) in scattering.iter_mut().enumerate() {
             *sum = self.molecular[i] * densities[0] + self.broad[i] * densities[1];
         }
         scattering
     }
+}
+
+/// Amounts with fewer digits; so little that its products would lose theirs is nothing.
+#[inline(always)]
+pub fn noticed(amounts: Amounts) -> [f32; 3] {
+    let mut noticed = [0.0; 3];
+    for i in 0..3 {
+        noticed[i] = if amounts[i] > 1e-20 { amounts[i] as f32 } else { 0.0 };
+    }
+    noticed
 }
 
 /// Density per steradian of scattering by molecules, of the cosine of the scattering angle; with the depolarisation 0.0279
@@ -174,7 +190,7 @@ impl Columns {
             horizon: horizon_cosine(r),
             half_sun: SUN_RADIUS * GROUND / r,
             nearest,
-            span: (rho + far - nearest).max(1.0),
+            scale: (DIRECTIONS - 1) as f64 / (rho + far - nearest).max(1.0),
         }
     }
 }
@@ -190,46 +206,60 @@ pub struct ColumnsFrom<'a> {
     horizon: f64,
     /// Change of the cosine from the sun's middle to its rim.
     half_sun: f64,
-    /// Distance straight up to the top, and by how much that to the top beyond the horizon is longer.
+    /// Distance straight up to the top, and the table's cells for each metre that the way there is longer.
     nearest: f64,
-    span: f64,
+    scale: f64,
 }
 
 impl ColumnsFrom<'_> {
-    /// Amounts up to the top; of directions that meet the ground those of the horizon.
+    /// Amounts up to the top in directions with these cosines; of directions that meet the ground those of the horizon.
     #[inline(always)]
-    fn amounts(&self, mu: f64) -> Amounts {
-        let d = to_top(self.r, mu.max(self.horizon));
-        let (i, fx) = cell((d - self.nearest) / self.span * (DIRECTIONS - 1) as f64, DIRECTIONS);
+    fn amounts<const N: usize>(&self, mu: &[f64; N]) -> [Amounts; N] {
+        // All roots before all table cells, so that there are several at once.
+        let mut places = [0.0; N];
+        for k in 0..N {
+            let d = to_top(self.r, mu[k].max(self.horizon));
+            places[k] = ((d - self.nearest) * self.scale).clamp(0.0, (DIRECTIONS - 1) as f64);
+        }
         let (lower, upper) = self.rows.split_at(DIRECTIONS);
-        let ([a, b], [c, d], fy) = ([lower[i], lower[i + 1]], [upper[i], upper[i + 1]], self.part);
-        let mut amounts = [0.0; 3];
-        for k in 0..3 {
-            let (row, next) = (a[k] * (1.0 - fx) + b[k] * fx, c[k] * (1.0 - fx) + d[k] * fx);
-            amounts[k] = row * (1.0 - fy) + next * fy;
+        let mut amounts = [[0.0; 3]; N];
+        for k in 0..N {
+            let i = (places[k] as usize).min(DIRECTIONS - 2);
+            let (fx, fy) = (places[k] - i as f64, self.part);
+            let ([a, b], [c, d]) = ([lower[i], lower[i + 1]], [upper[i], upper[i + 1]]);
+            for part in 0..3 {
+                let (row, next) = (a[part] * (1.0 - fx) + b[part] * fx, c[part] * (1.0 - fx) + d[part] * fx);
+                amounts[k][part] = row * (1.0 - fy) + next * fy;
+            }
         }
         amounts
     }
 
-    /// Fraction of sunlight that arrives where the sun's cosine against the vertical is `mu`; the sun sets over its width.
+    /// Fractions of sunlight that arrive where the sun's cosine against the vertical is one of `mu`; the sun sets over its
+    /// width.
     #[inline(always)]
-    pub fn sunlight(&self, air: &Air, mu: f64) -> Bands {
-        let t = ((mu - self.horizon) / self.half_sun * 0.5 + 0.5).clamp(0.0, 1.0);
-        if t == 0.0 {
-            return [0.0; LANES];
+    pub fn sunlight<const N: usize>(&self, air: &Air, mu: &[f64; N]) -> [Bands; N] {
+        let mut visible = [0.0; N];
+        for k in 0..N {
+            let t = ((mu[k] - self.horizon) / self.half_sun * 0.5 + 0.5).clamp(0.0, 1.0);
+            visible[k] = (t * t * (3.0 - 2.0 * t)) as f32;
         }
-        let visible = t * t * (3.0 - 2.0 * t);
-        let mut bands = self.unobstructed(air, mu);
-        for band in &mut bands {
-            *band *= visible;
+        let amounts = self.amounts(mu);
+        let mut light = [[0.0; LANES]; N];
+        for k in 0..N {
+            if visible[k] > 0.0 {
+                light[k] = air.transmittance(amounts[k]);
+                for light in &mut light[k] {
+                    *light *= visible[k];
+                }
+            }
         }
-        bands
+        light
     }
 
     /// Fraction of light from outside that arrives if the ground is not in the way; below the horizon as at it.
-    #[inline(always)]
     pub fn unobstructed(&self, air: &Air, mu: f64) -> Bands {
-        air.transmittance(self.amounts(mu))
+        air.transmittance(self.amounts(&[mu])[0])
     }
 }
 

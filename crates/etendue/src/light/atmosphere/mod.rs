@@ -14,7 +14,7 @@ mod reference;
 
 use super::RadianceMap;
 use crate::{parallel, spectrum::Spectrum};
-use air::{Air, Columns, GROUND, SUN_RADIUS, aerosol_phase, along, densities, molecular_phase, to_top};
+use air::{Air, Columns, GROUND, SUN_RADIUS, aerosol_phase, along, densities, molecular_phase, noticed, to_top};
 pub use bands::EFFICACY;
 use bands::{Bands, Colours, LANES, displayable, reflectance};
 use etendue_accel::{Isa, Kernel, run};
@@ -26,6 +26,8 @@ pub const TURBIDITY: std::ops::RangeInclusive<f64> = 1.0..=10.0;
 
 /// Size of the map; half of the rows are above the horizon.
 const SIZE: [usize; 2] = [768, 384];
+/// Columns and rows of cells that directions are drawn from: without the sun itself the sky is smooth.
+pub(crate) const CELLS: [usize; 2] = [SIZE[0] / 3, SIZE[1] / 3];
 /// Azimuths from the sun to the opposite where light is gathered; all but phase functions changes slowly between.
 const AZIMUTHS: usize = 33;
 /// Steps along a line of sight.
@@ -117,6 +119,8 @@ impl Observer {
             (from, t, libm::cos(azimuth))
         };
         let columns: Vec<(usize, f64, f64)> = (0..width).map(column).collect();
+        let cell = 2.0 * PI * PI / (width * height) as f64;
+        // The texels of a row, and what they add to the irradiance of the ground.
         let rows = parallel::map(height / 2, |row| {
             let (cos, sin) = cosines(row);
             let sight = LineOfSight { observer: self, sin, sin_sun, cosines: cos * cos_sun };
@@ -125,17 +129,15 @@ impl Observer {
                 let between = (sin * sin_sun + cos * cos_sun * cos_azimuth).clamp(-1.0, 1.0);
                 displayable(gathered[from].mix(&gathered[from + 1], t).radiance(between))
             };
-            columns.iter().map(texel).collect::<Vec<_>>()
+            let radiances: Vec<Spectrum> = columns.iter().map(texel).collect();
+            let sum = radiances.iter().fold(Spectrum::BLACK, |sum, &radiance| sum + radiance);
+            (radiances, sum * (cell * cos * sin) as f32)
         });
         let mut texels = Vec::with_capacity(width * height);
         let mut irradiance = Spectrum::BLACK;
-        let cell = 2.0 * PI * PI / (width * height) as f64;
-        for (row, radiances) in rows.into_iter().enumerate() {
-            let (cos, sin) = cosines(row);
-            for radiance in radiances {
-                irradiance += radiance * (cell * cos * sin) as f32;
-                texels.push(radiance.0);
-            }
+        for (radiances, part) in rows {
+            texels.extend(radiances.iter().map(|radiance| radiance.0));
+            irradiance += part;
         }
         let sun = self.sun(elevation);
         irradiance += sun * sin_sun.max(0.0) as f32;
@@ -175,8 +177,8 @@ impl Kernel for LineOfSight<'_> {
         let length = to_top(GROUND, sin);
         let mut sums = vec![[[0.0; LANES]; 3]; AZIMUTHS];
         let mut passed: Bands = [1.0; LANES];
-        let cosine: Vec<f64> =
-            (0..AZIMUTHS).map(|k| libm::cos(PI * k as f64 / (AZIMUTHS - 1) as f64) * cosines + sin * sin_sun).collect();
+        let cosine: [f64; AZIMUTHS] =
+            std::array::from_fn(|k| libm::cos(PI * k as f64 / (AZIMUTHS - 1) as f64) * cosines + sin * sin_sun);
         for i in 0..STEPS {
             let (start, end) = (i as f64 / STEPS as f64, (i + 1) as f64 / STEPS as f64);
             let (from, to) = (length * start * start, length * end * end);
@@ -185,16 +187,20 @@ impl Kernel for LineOfSight<'_> {
             let density = densities(there - GROUND);
             let scattered = multiple::step(air, density, to - from, &mut passed);
             let all = air.scattering(density);
+            let [molecules, particles, _] = noticed(density);
             let (mut molecular, mut aerosol) = ([0.0; LANES], [0.0; LANES]);
             for b in 0..LANES {
-                let all = all[b].max(f64::MIN_POSITIVE);
-                molecular[b] = air.molecular[b] * density[0] / all;
-                aerosol[b] = air.aerosol[b] * density[1] / all;
+                let all = all[b].max(f32::MIN_POSITIVE);
+                molecular[b] = air.molecular[b] * molecules / all;
+                aerosol[b] = air.aerosol[b] * particles / all;
             }
             let (columns, multiple) = (columns.at(there), multiple.at(there - GROUND));
-            for (sum, cos_between) in sums.iter_mut().zip(&cosine) {
-                let mu_sun = ((GROUND * sin_sun + middle * cos_between) / there).clamp(-1.0, 1.0);
-                let light = columns.sunlight(air, mu_sun);
+            let mut mu_sun = [0.0; AZIMUTHS];
+            for k in 0..AZIMUTHS {
+                mu_sun[k] = ((GROUND * sin_sun + middle * cosine[k]) / there).clamp(-1.0, 1.0);
+            }
+            let light = columns.sunlight(air, &mu_sun);
+            for ((sum, light), mu_sun) in sums.iter_mut().zip(&light).zip(mu_sun) {
                 let again = multiple.towards(mu_sun);
                 for b in 0..LANES {
                     let single = scattered[b] * light[b];

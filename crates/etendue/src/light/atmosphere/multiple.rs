@@ -4,7 +4,7 @@ use super::{
     air::{Air, Columns, ColumnsFrom, GROUND, TOP, along, cell, densities, to_ground, to_top},
     bands::{Bands, LANES},
 };
-use crate::{math::exp_wide, parallel};
+use crate::{math::exp_short, parallel};
 use etendue_accel::{Isa, Kernel, run};
 use std::f64::consts::PI;
 
@@ -14,6 +14,8 @@ const SUNS: usize = 32;
 const POLAR: usize = 10;
 const AZIMUTHS: usize = 4;
 const STEPS: usize = 20;
+/// Density per steradian of scattering alike in all directions.
+const EVEN: f32 = (0.25 / PI) as f32;
 
 /// Radiance that arrives on average from all around by scattering before the last, for sunlight of irradiance 1, over height
 /// and the sun's direction. All orders but the first are taken to scatter evenly, which makes them a geometric series
@@ -71,10 +73,12 @@ pub fn step(air: &Air, densities: [f64; 3], length: f64, passed: &mut Bands) -> 
     let [molecules, aerosol, ozone] = densities;
     let depth = air.depth([molecules * length, aerosol * length, ozone * length]);
     let mut scattered = air.scattering(densities);
+    let length = length as f32;
     for i in 0..LANES {
-        let rest = exp_wide(-depth[i]);
+        let rest = exp_short(-depth[i]);
         // The mean of e^-x over the step.
-        let mean = if depth[i] > 1e-4 { (1.0 - rest) / depth[i] } else { 1.0 - 0.5 * depth[i] };
+        let near = 1.0 - depth[i] * (0.5 - depth[i] * (1.0 / 6.0));
+        let mean = if depth[i] > 0.03 { (1.0 - rest) / depth[i] } else { near };
         scattered[i] = scattered[i] * length * mean * passed[i];
         passed[i] *= rest;
     }
@@ -122,6 +126,7 @@ impl MultipleFrom<'_> {
         let (j, fy) = cell(sun * (SUNS - 1) as f64, SUNS);
         let (lower, upper) = self.rows.split_at(SUNS);
         let (here, next, fx) = (&lower[j..j + 2], &upper[j..j + 2], self.part);
+        let (fx, fy) = (fx as f32, fy as f32);
         let weights = [(1.0 - fx) * (1.0 - fy), (1.0 - fx) * fy, fx * (1.0 - fy), fx * fy];
         let mut bands = [0.0; LANES];
         for b in 0..LANES {
@@ -153,15 +158,11 @@ impl Kernel for MultipleAt<'_> {
             paths.push((mu, Path::new(air, columns, r, mu)));
         }
         let again = scattered_again(&paths, ground);
-        let mut entries = Vec::with_capacity(SUNS);
-        for j in 0..SUNS {
-            let mut entry = second_order(air, &paths, r, sun_cosine(j), ground);
-            for b in 0..LANES {
-                entry[b] /= 1.0 - again[b];
-            }
-            entries.push(entry);
+        let mut entries = second_order(air, &paths, r, ground);
+        for (entry, b) in entries.iter_mut().flat_map(|entry| entry.iter_mut().zip(&again)) {
+            *entry /= 1.0 - b;
         }
-        entries
+        entries.to_vec()
     }
 }
 
@@ -176,35 +177,50 @@ fn scattered_again(paths: &[(f64, Path)], ground: &Bands) -> Bands {
             (0..LANES).for_each(|b| sum[b] += passed[b] * ground[b]);
         }
     }
-    sum.map(|s| s / POLAR as f64)
+    sum.map(|s| s / POLAR as f32)
 }
 
-/// Mean over all directions of the radiance that sunlight of irradiance 1 makes when it is scattered once.
+/// Mean over all directions of the radiance that sunlight of irradiance 1 makes when it is scattered once, for each of the
+/// sun's cosines.
 #[inline(always)]
-fn second_order(air: &Air, paths: &[(f64, Path)], r: f64, mu_sun: f64, ground: &Bands) -> Bands {
-    let mut sum = [0.0; LANES];
-    let sin_sun = (1.0 - mu_sun * mu_sun).max(0.0).sqrt();
+fn second_order(air: &Air, paths: &[(f64, Path)], r: f64, ground: &Bands) -> [Bands; SUNS] {
+    let mut sums = [[0.0; LANES]; SUNS];
+    let suns: [f64; SUNS] = std::array::from_fn(sun_cosine);
     for (mu, path) in paths {
         let sin = (1.0 - mu * mu).max(0.0).sqrt();
         for k in 0..AZIMUTHS {
-            let cos_between = mu * mu_sun + sin * sin_sun * libm::cos(PI * (k as f64 + 0.5) / AZIMUTHS as f64);
-            // The sun's cosine against the vertical at a place.
-            let sun_at = |step: &Step| ((r * mu_sun + step.distance * cos_between) / step.there).clamp(-1.0, 1.0);
+            let turn = libm::cos(PI * (k as f64 + 0.5) / AZIMUTHS as f64);
+            let mut between = [0.0; SUNS];
+            for j in 0..SUNS {
+                between[j] = mu * suns[j] + sin * (1.0 - suns[j] * suns[j]).max(0.0).sqrt() * turn;
+            }
+            // The suns' cosines against the vertical at a place.
+            let suns_at = |step: &Step| {
+                let mut there = [0.0; SUNS];
+                for j in 0..SUNS {
+                    there[j] = ((r * suns[j] + step.distance * between[j]) / step.there).clamp(-1.0, 1.0);
+                }
+                there
+            };
             for step in &path.steps {
-                let light = step.columns.sunlight(air, sun_at(step));
-                for b in 0..LANES {
-                    sum[b] += step.scattered[b] * light[b] / (4.0 * PI);
+                let light = step.columns.sunlight(air, &suns_at(step));
+                for (sum, light) in sums.iter_mut().zip(&light) {
+                    for b in 0..LANES {
+                        sum[b] += step.scattered[b] * light[b] * EVEN;
+                    }
                 }
             }
             if let Some(step) = &path.ground {
-                let mu_there = sun_at(step);
-                let light = step.columns.sunlight(air, mu_there);
-                let facing = mu_there.max(0.0) / PI;
-                for b in 0..LANES {
-                    sum[b] += step.scattered[b] * ground[b] * light[b] * facing;
+                let there = suns_at(step);
+                let light = step.columns.sunlight(air, &there);
+                for ((sum, light), mu) in sums.iter_mut().zip(&light).zip(there) {
+                    let facing = (mu.max(0.0) / PI) as f32;
+                    for b in 0..LANES {
+                        sum[b] += step.scattered[b] * ground[b] * light[b] * facing;
+                    }
                 }
             }
         }
     }
-    sum.map(|s| s / (POLAR * AZIMUTHS) as f64)
+    sums.map(|sum| sum.map(|s| s / (POLAR * AZIMUTHS) as f32))
 }

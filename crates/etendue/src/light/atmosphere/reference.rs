@@ -31,7 +31,9 @@ impl Photons<'_> {
     /// Extinction and scattering by molecules and aerosol at a radius, 1/m.
     fn coefficients(&self, r: f64) -> [f64; 3] {
         let d = densities(r - GROUND);
-        [self.air.depth(d)[self.band], self.air.molecular[self.band] * d[0], self.air.aerosol[self.band] * d[1]]
+        let [depth, molecular, aerosol] =
+            [self.air.depth(d), self.air.molecular, self.air.aerosol].map(|bands| f64::from(bands[self.band]));
+        [depth, molecular * d[0], aerosol * d[1]]
     }
 
     /// Marches until the optical depth is used up.
@@ -58,7 +60,7 @@ impl Photons<'_> {
 
     fn sunlight(&self, at: DVec3) -> f64 {
         let r = at.length();
-        self.columns.at(r).sunlight(self.air, at.dot(self.sun) / r)[self.band]
+        self.columns.at(r).sunlight(self.air, &[at.dot(self.sun) / r])[0][self.band].into()
     }
 
     /// One estimate of the radiance from `direction`, for sunlight of irradiance 1.
@@ -70,7 +72,7 @@ impl Photons<'_> {
                 End::Space => break,
                 End::Ground(point) => {
                     let up = point.normalize();
-                    throughput *= self.ground[self.band];
+                    throughput *= f64::from(self.ground[self.band]);
                     sum += throughput / PI * self.sunlight(point) * up.dot(self.sun).max(0.0);
                     let [x, y, z] = rng.direction();
                     direction = (up + DVec3::new(x, y, z) * 0.999_999).normalize();
@@ -141,7 +143,7 @@ fn the_sky_is_that_of_photons() {
             for (band, mean) in bands.iter_mut().enumerate().take(BANDS) {
                 let photon = Photons { air: &observer.dense, columns: &observer.columns, ground, sun, band };
                 let moments: Moments = (0..photons).map(|_| photon.radiance(view, &mut rng)).collect();
-                *mean = moments.mean();
+                *mean = moments.mean() as f32;
             }
             let expected = colours.sum(&bands);
             let ratios = [0, 1, 2].map(|c| found[c] / expected[c]);
