@@ -319,3 +319,18 @@ fn chosen(mut weights: Vec<f64>, columns: usize, cosines: &[f64]) -> Vec<f64> {
     }
     weights
 }
+
+#[cfg(test)]
+mod tests {
+    use super::chosen;
+
+    #[test]
+    fn what_is_below_the_mean_is_left_to_scattering() {
+        let cosines = [1.0, 0.0, -1.0];
+        // Of 8 the four cells have 2 each by their solid angles.
+        let found = chosen(vec![1.0, 0.0, 2.0, 5.0], 2, &cosines);
+        assert_eq!(found, [0.0625, 0.0, 0.0625, 3.0 * 15.0 / 16.0 + 0.0625]);
+        assert_eq!(chosen(vec![1.0; 4], 2, &cosines), [1.0; 4]);
+        assert_eq!(chosen(vec![0.0; 4], 2, &cosines), [0.0; 4]);
+    }
+}

@@ -322,3 +322,23 @@ fn columns(r: f64, cosines: &[f64; DIRECTIONS], distances: &[f64; DIRECTIONS]) -
     }
     (0..DIRECTIONS).map(|j| [sums[0][j], sums[1][j], sums[2][j]]).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{super::bands::BANDS, *};
+
+    #[test]
+    fn the_sun_sets_over_its_width() {
+        let (air, columns) = (Air::new(1.0, 0.0), Columns::new());
+        let from = columns.at(GROUND + 500.0);
+        let heights = [-1.01, -0.5, 0.0, 0.5, 1.01];
+        let mu = heights.map(|height| from.horizon + height * from.half_sun);
+        for ((light, mu), share) in from.sunlight(&air, &mu).iter().zip(mu).zip([0.0, 0.156_25, 0.5, 0.843_75, 1.0]) {
+            let all = from.unobstructed(&air, mu);
+            assert!(
+                all[BANDS - 1] > 0.01
+                    && light.iter().zip(&all).all(|(part, all)| (part - share * all).abs() <= 1e-6 * all)
+            );
+        }
+    }
+}
