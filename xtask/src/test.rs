@@ -29,7 +29,7 @@ pub fn run() -> bool {
     ok
 }
 
-/// A cargo that keeps nothing for compiling parts again, which is more than half of what it would write to the disk.
+/// A cargo that keeps nothing for compiling parts again, about half of what it would write to the disk.
 fn once(args: &[&str]) -> Command {
     let mut command = cargo(args);
     command.env("CARGO_INCREMENTAL", "0");

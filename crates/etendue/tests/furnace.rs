@@ -41,11 +41,10 @@ fn check_closed(rho: f32, spp: u32, (name, room): Body, integrator: Integrator, 
 
 #[test]
 fn closed_furnaces_reach_their_closed_form() {
-    let (more, precision) = if proving() { (4, 0.001) } else { (1, 0.002) };
-    for (rho, spp) in [(0.5, 64), (0.8, 192)] {
+    for (rho, spp) in [(0.5, 256), (0.8, 768)] {
         for room in ROOMS {
             for integrator in SOLVERS {
-                check_closed(rho, more * spp, room, integrator, Sampler::Independent, precision);
+                check_closed(rho, spp, room, integrator, Sampler::Independent, 0.001);
             }
         }
     }
@@ -54,7 +53,7 @@ fn closed_furnaces_reach_their_closed_form() {
 #[test]
 fn a_furnace_of_a_hundred_bounces_reaches_its_closed_form() {
     // Single paths scatter by as much as the mean, and are a hundred edges long: 0.1 % takes a million of them.
-    let (spp, precision) = if proving() { (1920, 0.001) } else { (112, 0.0042) };
+    let (spp, precision) = if proving() { (1920, 0.001) } else { (208, 0.003) };
     for (room, integrator) in ROOMS.into_iter().zip(SOLVERS) {
         check_closed(0.99, spp, room, integrator, Sampler::Independent, precision);
     }

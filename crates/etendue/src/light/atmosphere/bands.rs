@@ -35,7 +35,7 @@ const OZONE: [f64; 2 * BANDS] = [
     1.209, 0.9423, 0.7455, 0.6566, 0.5105, 0.415,
 ];
 
-/// The same with fewer digits.
+/// Values of bands with as many digits as are computed with.
 pub fn narrow(values: [f64; LANES]) -> Bands {
     values.map(|value| value as f32)
 }
